@@ -145,6 +145,7 @@ fn row(k: u64) -> MessageRow {
         u: Some(0.170_103_78 + seconds(k)),
         tick: Some(k),
         outcome: MessageOutcome::Answered,
+        y_seq: None,
     }
 }
 

@@ -270,6 +270,7 @@ fn write_rows(folder: &Path, ticks: u64) -> Result<(), Box<dyn Error>> {
             u: Some(u),
             tick: Some((t_arrive_ns - START_NS) / H_NS),
             outcome: MessageOutcome::Answered,
+            y_seq: None,
         })?;
     }
     for mut writer in [tick_rows, arrival_rows, message_rows] {

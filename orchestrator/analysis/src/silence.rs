@@ -230,6 +230,7 @@ mod tests {
             u: None,
             tick: None,
             outcome,
+            y_seq: None,
         }
     }
 

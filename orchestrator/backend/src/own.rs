@@ -149,6 +149,7 @@ fn messages(cell: &Cell, start_ns: u64, arrivals: &[ArrivalRow]) -> Vec<MessageR
             Some(_) => MessageOutcome::Arrived,
             None => MessageOutcome::Missed,
         },
+        y_seq: None,
     };
     (0..).zip(&by_number).map(message).collect()
 }

@@ -84,6 +84,7 @@ fn rows(profile: &Profile, count: u64) -> (Vec<MessageRow>, Vec<ArrivalRow>) {
                 Some(_) => MessageOutcome::Answered,
                 None => MessageOutcome::Timeout,
             },
+            y_seq: None,
         });
         if let Some(t_arrive_ns) = t_arrive_ns {
             arrivals.push(ArrivalRow {

@@ -193,6 +193,7 @@ mod tests {
             u: None,
             tick: None,
             outcome: MessageOutcome::Missed,
+            y_seq: None,
         }
     }
 

@@ -69,6 +69,7 @@ mod tests {
             y: None,
             tick: None,
             outcome: MessageOutcome::Answered,
+            y_seq: None,
         }
     }
 

@@ -78,6 +78,7 @@ fn messages(
             u: None,
             tick: None,
             outcome: MessageOutcome::Answered,
+            y_seq: None,
         });
         arrivals.push(ArrivalRow {
             n: seq,

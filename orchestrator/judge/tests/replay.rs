@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use sim::{EPOCH, Outcome, Record, Setup, Timing};
 
 /// Systems that have what the built-in ones have not.
-const OWN: [&str; 4] = [
+const OWN: [&str; 6] = [
     "name = \"noisy\"\n[plant]\nnum = [5.0]\nden = [1.0, 5.0]\nactuator = { min = -0.4, max = 3.0, rate = 40.0 }\n\
      sensor = { noise = 0.01, resolution = 0.001 }\n[controller]\nlaw = \"pid\"\nkp = 0.4\nki = 2.0\n",
     "name = \"late\"\n[plant]\nnum = [1.0]\nden = [0.3, 1.0]\ndead_time = \"60ms\"\ndisturbance = { size = 0.2, \
@@ -25,6 +25,13 @@ const OWN: [&str; 4] = [
     "name = \"two\"\n[plant]\na = [[-1.0, 0.2], [0.1, -2.0]]\nb = [[1.0, 0.0], [0.0, 1.0]]\nc = [[1.0, 0.0], [0.0, 1.0]]\n\
      sensor = { noise = 0.001 }\n[controller]\nlaw = \"state-feedback\"\nweights = { output = [10.0, 10.0], input = [0.1, 0.1] }\n\
      noise = { disturbance = [1.0, 1.0], measurement = [0.001, 0.001] }\nround_trip = \"10ms\"\n",
+    "name = \"aged\"\n[plant]\ngain = 2029.826\npoles = [-26.29, -2.296]\nsampling = \"backward-euler\"\n\
+     sensor = { noise = 0.001 }\n[controller]\nlaw = \"state-feedback\"\nage = \"measured\"\n\
+     weights = { output = 1.0, input = 1.0 }\nnoise = { disturbance = 0.1, measurement = 0.001 }\n",
+    "name = \"aged-two\"\n[plant]\na = [[-1.0, 0.2], [0.1, -2.0]]\nb = [[1.0, 0.0], [0.0, 1.0]]\n\
+     c = [[1.0, 0.0], [0.0, 1.0]]\nsensor = { noise = 0.001 }\n[controller]\nlaw = \"state-feedback\"\n\
+     age = \"measured\"\nweights = { output = [10.0, 10.0], input = [0.1, 0.1] }\n\
+     noise = { disturbance = [1.0, 1.0], measurement = [0.001, 0.001] }\nlimits = { min = -3.0, max = 3.0 }\n",
 ];
 
 fn systems() -> Vec<System> {
@@ -183,7 +190,7 @@ proptest! {
 
     #[test]
     fn the_plan_s_ends_agree_in_every_bit_whatever_the_system_the_settings_and_the_link(
-        which in 0..13_usize, (settings, hold) in settings(), link in 0..5_usize, seed in any::<u64>(),
+        which in 0..16_usize, (settings, hold) in settings(), link in 0..5_usize, seed in any::<u64>(),
     ) {
         let systems = systems();
         let system = &systems[which % systems.len()];

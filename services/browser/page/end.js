@@ -20,9 +20,9 @@ export class ControllerEnd {
   #start_ns;
   #limit;
   #stop_ns;
-  /** The newest output known, or both, and the plant's tick that it belongs to. */
+  /** The newest output known, or both, and the answer that brought it. */
   #y;
-  #yTick = 0;
+  #newest = null;
   /** When the command before was sent, for `integrate=elapsed`. */
   #lastSend_ns = null;
   /** When setInterval fired last. */
@@ -139,10 +139,11 @@ export class ControllerEnd {
       row.tick = answer.tick;
       // The plant's tick, not seq, is the age of a measurement: a command that was overtaken
       // on its way up brings home the newer output.
-      const overtaken = answer.tick < this.#yTick;
+      const overtaken = this.#newest !== null && answer.tick < this.#newest.told.tick;
       if (!(overtaken && this.#settings.late === "drop")) {
         this.#y = answer.y;
-        this.#yTick = answer.tick;
+        const { tick, u } = answer;
+        this.#newest = { seq: answer.seq, told: { tick, u, send_ns: row.t_send_ns } };
       }
     }
     return row;
@@ -171,7 +172,9 @@ export class ControllerEnd {
       row.e = r - row.y;
       const elapsed = integrate === "elapsed" && this.#lastSend_ns !== null;
       const dt_ns = elapsed ? Math.max(now_ns - this.#lastSend_ns, 0) : h_ns;
-      u = this.#law.update(r, this.#y, dt_ns / 1e9);
+      row.y_seq = this.#newest?.seq ?? null;
+      const times = { send_ns: now_ns, told: this.#newest?.told ?? null };
+      u = this.#law.update(r, this.#y, dt_ns / 1e9, times);
     }
     row.t_send_ns = now_ns;
     row.u = first(u);
@@ -216,6 +219,7 @@ export class ControllerEnd {
       u: null,
       tick: null,
       outcome: "missed",
+      y_seq: null,
     };
   }
 }

@@ -8,33 +8,56 @@ import { numbersOf } from "./message.js";
 import { dot } from "./model.js";
 import { clip } from "./pid.js";
 
-/** A running law, at rest when new. */
-export class StateFeedback {
-  #model;
+/** What turns states into commands: u = reference r - gains x. */
+export class Commands {
   #gains;
-  #observer;
   #reference;
   #others;
   #limits;
+  /** The command of a law at rest. */
+  rest;
+
+  /**
+   * For a model with n states and m inputs `gains` is m by n. `reference` has a row for each
+   * input: the factor of r, and of each of `others`, the references of the outputs after the
+   * first.
+   */
+  constructor({ gains, reference, others, limits }) {
+    this.#gains = gains;
+    this.#reference = reference.map(([factor, ...factors]) => ({ factor, factors }));
+    this.#others = others;
+    this.#limits = limits;
+    this.rest = gains.length === 1 ? 0 : [0, 0];
+  }
+
+  /** The command for each input at the state x. */
+  at(r, x) {
+    return this.#reference.map(({ factor, factors }, j) => {
+      const wanted = dot(factors, this.#others, factor * r) - dot(this.#gains[j], x);
+      return clip(wanted, this.#limits);
+    });
+  }
+}
+
+/** A running law, at rest when new. */
+export class StateFeedback {
+  #model;
+  #commands;
+  #observer;
   /** The model's states, then its outputs on their way here, the newest first. */
   #state;
   #output;
 
   /**
-   * For a model with n states, m inputs and p outputs, its a, b, c and d as rows, `gains` is m by
-   * n. `observer` has a row for each state, then p for each tick that an output is on its way, at
-   * least one; p numbers a row. `reference` has a row for each input: the factor of r, and of each
-   * of `others`, the references of the outputs after the first.
+   * For a model with n states and p outputs, its a, b, c and d as rows, `observer` has a row for
+   * each state, then p for each tick that an output is on its way, at least one; p numbers a row.
    */
-  constructor({ model, gains, observer, reference, others, limits }) {
+  constructor({ model, commands, observer }) {
     this.#model = model;
-    this.#gains = gains;
+    this.#commands = commands;
     this.#observer = observer;
-    this.#reference = reference.map(([factor, ...factors]) => ({ factor, factors }));
-    this.#others = others;
-    this.#limits = limits;
     this.#state = observer.map(() => 0);
-    this.#output = gains.length === 1 ? 0 : [0, 0];
+    this.#output = commands.rest;
   }
 
   /**
@@ -51,10 +74,7 @@ export class StateFeedback {
     const errors = outputs.map((output, k) => output - this.#state[oldest + k]);
     const state = this.#state.map((was, i) => dot(this.#observer[i], errors, was));
     const x = state.slice(0, a.length);
-    const u = this.#reference.map(({ factor, factors }, j) => {
-      const wanted = dot(factors, this.#others, factor * r) - dot(this.#gains[j], x);
-      return clip(wanted, this.#limits);
-    });
+    const u = this.#commands.at(r, x);
     const ahead = [
       ...a.map((row, i) => dot(b[i], u, dot(row, x))),
       ...c.map((row, k) => dot(d[k], u, dot(row, x))),

@@ -4,7 +4,8 @@
 // there and no other may be, shapes have to fit, numbers are finite. What a law does is in the
 // module of its name.
 
-import { StateFeedback } from "./feedback.js";
+import { AgedFeedback } from "./aged.js";
+import { Commands, StateFeedback } from "./feedback.js";
 import { excerpt } from "./message.js";
 import { Model } from "./model.js";
 import { Pid, UNLIMITED } from "./pid.js";
@@ -22,6 +23,7 @@ const FIELDS = {
   transfer: ["model", "limits"],
   smith: ["pid", "model", "ticks"],
   "state-feedback": ["model", "gains", "observer", "reference", "others", "limits"],
+  "aged-feedback": ["model", "gains", "reference", "others", "limits", "h_ns", "noise"],
 };
 const WINDUPS = ["off", "conditional", "back-calculation"];
 
@@ -34,8 +36,10 @@ export class InvalidLaw extends Error {
 
 /**
  * A law at rest, from its object; from `null` the paper's PI. Whichever it is, it has
- * `update(r, y, dt_s)`, which gives the command for the reference r and the newest output y,
- * `dt_s` after the last: always finite. Of a plant with two inputs or outputs u or y is an array.
+ * `update(r, y, dt_s, times)`, which gives the command for the reference r and the newest output
+ * y, `dt_s` after the last: always finite. Of a plant with two inputs or outputs u or y is an
+ * array. `times` has `send_ns`, when the command is sent, and `told`, what the answer told that
+ * brought y: its `tick`, the `u` held then and the `send_ns` of its message; or `null`.
  */
 export function readLaw(value) {
   if (value === null) {
@@ -62,6 +66,7 @@ const MAKERS = {
     return new Smith(pid, readModel(law.model), readTicks(law.ticks));
   },
   "state-feedback": readFeedback,
+  "aged-feedback": readAged,
 };
 
 /** A PID from its fields, whose names begin with `at` in an error. */
@@ -109,20 +114,55 @@ function readModel(value) {
   });
 }
 
-function readFeedback({ model, gains, observer, reference, others, limits }) {
+function readFeedback(law) {
+  const { model, commands } = readByStates(law);
+  const { observer } = law;
+  const states = model.a.length;
+  const outputs = { count: model.c.length, each: "row of `model.c`" };
+  const rows = list("observer", observer).length;
+  const line = rows - states;
+  if (line < outputs.count || line % outputs.count !== 0) {
+    throw new InvalidLaw(
+      `field \`observer\` has ${rows} rows; give ${states} for the model's states and ` +
+        `${outputs.count} for each tick that its outputs are on their way, at least one`,
+    );
+  }
+  return new StateFeedback({
+    model,
+    commands,
+    observer: observer.map((row, at) => numbers(`observer[${at}]`, row, outputs)),
+  });
+}
+
+function readAged(law) {
+  const { model, commands } = readByStates(law);
+  const { h_ns, noise } = law;
+  if (!Number.isInteger(h_ns) || h_ns < 1) {
+    refuse("h_ns", h_ns, "a whole number above zero");
+  }
+  const parts = fields("noise", noise, ["covariance", "drift", "cross", "output"]);
+  const states = { count: model.a.length, each: "row of `model.a`" };
+  const outputs = { count: model.c.length, each: "row of `model.c`" };
+  return new AgedFeedback({
+    model,
+    commands,
+    h_ns,
+    noise: {
+      covariance: matrix("noise.covariance", parts.covariance, states, states),
+      drift: matrix("noise.drift", parts.drift, states, states),
+      cross: matrix("noise.cross", parts.cross, states, outputs),
+      output: matrix("noise.output", parts.output, outputs, outputs),
+    },
+  });
+}
+
+/** What both laws that know the plant's states have. */
+function readByStates({ model, gains, reference, others, limits }) {
   const { a, b, c, d } = fields("model", model, ["a", "b", "c", "d"]);
   const states = { count: list("model.a", a).length, each: "row of `model.a`" };
   const inputs = { count: oneOrTwo("gains", gains, "input"), each: "row of `gains`" };
   const byState = matrix("gains", gains, inputs, states);
   const outputs = { count: oneOrTwo("model.c", c, "output"), each: "row of `model.c`" };
-  const rows = list("observer", observer).length;
-  const line = rows - states.count;
-  if (line < outputs.count || line % outputs.count !== 0) {
-    throw new InvalidLaw(
-      `field \`observer\` has ${rows} rows; give ${states.count} for the model's states and ` +
-        `${outputs.count} for each tick that its outputs are on their way, at least one`,
-    );
-  }
   const rest = numbers("others", others);
   if (rest.length >= outputs.count) {
     throw new InvalidLaw(
@@ -131,19 +171,20 @@ function readFeedback({ model, gains, observer, reference, others, limits }) {
     );
   }
   const references = { count: 1 + rest.length, each: "reference, r and `others`" };
-  return new StateFeedback({
+  return {
     model: {
       a: matrix("model.a", a, states, states),
       b: matrix("model.b", b, states, inputs),
       c: matrix("model.c", c, outputs, states),
       d: matrix("model.d", d, outputs, inputs),
     },
-    gains: byState,
-    observer: observer.map((row, at) => numbers(`observer[${at}]`, row, outputs)),
-    reference: matrix("reference", reference, inputs, references),
-    others: rest,
-    limits: readLimits("limits", limits, ["off"]),
-  });
+    commands: new Commands({
+      gains: byState,
+      reference: matrix("reference", reference, inputs, references),
+      others: rest,
+      limits: readLimits("limits", limits, ["off"]),
+    }),
+  };
 }
 
 function readTicks(value) {

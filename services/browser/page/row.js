@@ -6,7 +6,7 @@ import { decimal } from "./message.js";
 
 /** The columns of messages.csv, in order. */
 export const COLUMNS =
-  "seq,t_due_ns,t_send_ns,t_receive_ns,t_arrive_ns,r,y,e,u,tick,outcome";
+  "seq,t_due_ns,t_send_ns,t_receive_ns,t_arrive_ns,r,y,e,u,tick,outcome,y_seq";
 
 /** The line of a row, with its end; times in the row count from `epoch_ns`. */
 export function rowLine(row, epoch_ns) {
@@ -15,6 +15,6 @@ export function rowLine(row, epoch_ns) {
   return (
     `${row.seq},${time(row.t_due_ns)},${time(row.t_send_ns)},${time(row.t_receive_ns)},` +
     `${time(row.t_arrive_ns)},${number(row.r)},${number(row.y)},${number(row.e)},` +
-    `${number(row.u)},${row.tick ?? ""},${row.outcome}\n`
+    `${number(row.u)},${row.tick ?? ""},${row.outcome},${row.y_seq ?? ""}\n`
   );
 }

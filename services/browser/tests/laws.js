@@ -14,8 +14,10 @@ export function lawCases({ cases }) {
     name,
     run: () => {
       const running = readLaw(law);
-      for (const [at, { r, y, dt_s, u }] of steps.entries()) {
-        expect(running.update(number(r), signal(y), number(dt_s)), u, `step ${at}`);
+      for (const [at, { r, y, dt_s, u, times }] of steps.entries()) {
+        const told = times?.told && { ...times.told, u: signal(times.told.u) };
+        const when = times && { send_ns: times.send_ns, told };
+        expect(running.update(number(r), signal(y), number(dt_s), when), u, `step ${at}`);
       }
     },
   }));
@@ -38,6 +40,21 @@ export const LAWS = {
     reference: [[1.5]],
     others: [],
     limits: null,
+  },
+  aged: {
+    law: "aged-feedback",
+    model: { ...MODEL, b: [[1], [0]], c: [[0, 1]], d: [[0]] },
+    gains: [[0.5, 0.25]],
+    reference: [[1.5]],
+    others: [],
+    limits: null,
+    h_ns: 3e6,
+    noise: {
+      covariance: [[1, 0.5], [0.5, 1]],
+      drift: [[1, 0], [0, 0]],
+      cross: [[0], [0]],
+      output: [[0.25]],
+    },
   },
 };
 

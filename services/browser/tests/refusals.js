@@ -48,7 +48,7 @@ const QUERIES = [
   ["timer=channel&outstanding=2", "`xhr`"],
 ];
 
-const { pid, transfer, smith, feedback } = LAWS;
+const { pid, transfer, smith, feedback, aged } = LAWS;
 const { limits, model } = transfer;
 const pulled = { ...limits, anti_windup: "back-calculation", gain_per_s: 99 };
 const modelled = (part) => ({ ...transfer, model: { ...model, ...part } });
@@ -94,6 +94,10 @@ const NO_LAWS = [
   [{ ...feedback, observer: [[1], [1]] }, "`observer` has 2 rows; give 2 for the model's states"],
   [{ ...feedback, reference: {} }, "`reference`: `{}`"],
   [{ ...feedback, others: [1] }, "`others` has 1 numbers; give at most 0"],
+  [{ ...aged, h_ns: 0 }, "`h_ns`: `0` is wrong; give a whole number above zero"],
+  [{ ...aged, noise: {} }, "`noise.covariance` is missing"],
+  [{ ...aged, noise: { ...aged.noise, drift: [[1, 0]] } }, "`noise.drift` has 1 rows; give 2"],
+  [{ ...aged, noise: { ...aged.noise, output: [[null]] } }, "`noise.output[0][0]`: `null`"],
   [{ ...TWO, gains: [] }, "`gains` has 0 rows; give one or two, one for each input"],
   [modelledTwo({ c: [[0, 1], [0, 1], [0, 1]] }), "`model.c` has 3 rows; give one or two"],
   [modelledTwo({ b: [[1, 1]] }), "`model.b` has 1 rows; give 2, one for each row of `model.a`"],

@@ -90,9 +90,9 @@ const longUp = {
     const text = commandText({ seq: 0, t_send_ns: 4, u: 0.5 }, epoch_ns);
     const answer = readAnswer("open", "seq=0&t_arrive_ns=31536000000000007", epoch_ns);
     const row = { seq: 0, t_due_ns: 0, t_send_ns: 4, t_receive_ns: 9, t_arrive_ns: answer.t_arrive_ns };
-    const line = rowLine({ ...row, r: 1, y: null, e: null, u: 1e-7, tick: null, outcome: "answered" }, epoch_ns);
+    const line = rowLine({ ...row, r: 1, y: null, e: null, u: 1e-7, tick: null, outcome: "answered", y_seq: 0 }, epoch_ns);
     const t = "3153600000000000";
-    const expected = `0,${t}1,${t}5,31536000000000010,${t}7,1.0,,,1e-7,,answered\n`;
+    const expected = `0,${t}1,${t}5,31536000000000010,${t}7,1.0,,,1e-7,,answered,0\n`;
     if (text !== `seq=0&t_send_ns=${t}5&u=0.5` || line !== expected) {
       throw new Error(`${text} and ${line}`);
     }
@@ -129,14 +129,21 @@ const two = {
   name: "a law gets and gives all signals, and a row has the first",
   run: () => {
     const settings = { mode: "closed", h_ns: 10, r: 1, outstanding: 1, schedule: "absolute", late: "apply", integrate: "h" };
-    const swapping = { update: (_, [first, second]) => [second, first] };
+    const given = [];
+    const swapping = {
+      update: (_, [first, second], dt_s, times) => {
+        given.push(times);
+        return [second, first];
+      },
+    };
     const end = new ControllerEnd(settings, swapping, [0.25, 0.5], 0, 20);
     const done = wake(end, 0).slice(0, 1);
     const answer = readAnswer("closed", "seq=0&tick=1&t_arrive_ns=2&y=3,4&u=0.5,0.25", EPOCH_NS);
     const { y, e, u } = end.answered(answer, 3);
     done.push(y, e, u, end.y, ...wake(end, 10).slice(0, 1));
+    done.push(end.oldest.y_seq, ...given.map(({ send_ns, told }) => [send_ns, told?.tick, told?.send_ns, told?.u]));
     const sent = ["seq=0&t_send_ns=0&u=0.5,0.25", "seq=1&t_send_ns=10&u=4.0,3.0"].map((send) => ({ send }));
-    const expected = [sent[0], 0.25, 0.75, 0.5, 3, sent[1]];
+    const expected = [sent[0], 0.25, 0.75, 0.5, 3, sent[1], 0, [0, undefined, undefined, undefined], [10, 1, 0, [0.5, 0.25]]];
     if (!same(done, expected)) {
       throw new Error(`${JSON.stringify(done)} instead of ${JSON.stringify(expected)}`);
     }

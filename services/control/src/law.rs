@@ -3,24 +3,30 @@
 //! - [`Pid`]: PI and PID, in `pid`;
 //! - [`Transfer`]: any transfer function of the error, in `law::transfer`;
 //! - [`Smith`]: a PID that predicts past a known dead time, in `law::smith`;
-//! - [`StateFeedback`]: gains on states that a Kalman filter estimates, in `law::feedback`.
+//! - [`StateFeedback`]: gains on states that a Kalman filter estimates, in `law::feedback`;
+//! - [`AgedFeedback`]: the same with a filter that knows how old each output is, in `law::aged`.
 //!
-//! [`Pid`] gets the time since the last update; the other laws advance by the h with which they were
-//! sampled, one step per message. In all of them an input that is not finite changes nothing and
+//! [`Pid`] gets the time since the last update, and [`AgedFeedback`] the times of [`LawInput`]; the other laws advance
+//! by the h with which they were sampled, one step per message. In all of them an input that is not finite changes nothing and
 //! repeats the last command. The laws in Python and JavaScript give the same bits, which test vectors
 //! verify. The crate chooses no gains, except the two kinds that follow from weights.
 
+mod aged;
 mod feedback;
+mod filter;
 mod smith;
 pub(crate) mod swept;
 mod transfer;
 
 use thiserror::Error;
 
+pub use aged::AgedFeedback;
 pub use feedback::{Estimator, StateFeedback, Weights};
+pub use filter::Noise;
 pub use smith::Smith;
 pub use transfer::Transfer;
 
+use crate::moment::LawInput;
 use crate::pid::{InvalidPid, Pid, Saturation};
 use crate::riccati::NoSolution;
 use crate::signals::Signals;
@@ -39,6 +45,9 @@ pub enum Law {
     Smith(Smith),
     /// State feedback with a Kalman filter.
     StateFeedback(StateFeedback),
+    /// State feedback with a Kalman filter that knows how old each output is. As a function of frequency, and where
+    /// nobody measures time, it is the law for outputs that are as old as it assumes.
+    Aged(Box<AgedFeedback>),
 }
 
 /// Numbers that do not give a law.
@@ -77,16 +86,16 @@ pub enum InvalidLaw {
 }
 
 impl Law {
-    /// Returns the command u for the reference `r` and the newest output `y`, `dt_s` seconds after
-    /// the last update. All laws but [`StateFeedback`] look at the first output and give one command.
+    /// Returns the command u for the reference `r` and what was `seen` last, `dt_s` seconds after the last update:
+    /// the newest output y, or [`LawInput`]. All laws but those of states look at the first output and give one command.
     #[inline]
-    pub fn update(&mut self, r: f64, y: impl Into<Signals>, dt_s: f64) -> Signals {
-        let y = y.into();
-        // Tested separately: a jump to one of four targets costs more than the paper's law does.
+    pub fn update(&mut self, r: f64, seen: impl Into<LawInput>, dt_s: f64) -> Signals {
+        let seen = seen.into();
+        // Tested separately: a jump to one of five targets costs more than the paper's law does.
         if let Self::Pid(pid) = self {
-            return pid.update(r - y.first, dt_s).into();
+            return pid.update(r - seen.y.first, dt_s).into();
         }
-        let (first, second) = self.update_other(r, y, dt_s);
+        let (first, second) = self.update_other(r, &seen, dt_s);
         Signals {
             first,
             second: (self.signals().1 > 1).then_some(second),
@@ -96,12 +105,17 @@ impl Law {
     /// Both commands, or one and 0. As plain numbers they come back in registers; were they written to memory,
     /// the paper's law would have to write its command there too, and whoever copies it would wait for that.
     #[inline(never)]
-    fn update_other(&mut self, r: f64, y: Signals, dt_s: f64) -> (f64, f64) {
+    fn update_other(&mut self, r: f64, seen: &LawInput, dt_s: f64) -> (f64, f64) {
+        let y = seen.y;
         let u: Signals = match self {
             Self::Pid(pid) => pid.update(r - y.first, dt_s).into(),
             Self::Transfer(law) => law.update(r, y.first).into(),
             Self::Smith(law) => law.update(r, y.first, dt_s).into(),
             Self::StateFeedback(law) => law.update(r, y),
+            Self::Aged(law) => match &seen.times {
+                Some(times) => law.update(r, y, times),
+                None => law.assumed_mut().update(r, y),
+            },
         };
         (u.first, u.second.unwrap_or_default())
     }
@@ -113,7 +127,7 @@ impl Law {
         match self {
             Self::Pid(pid) => pid.times(factor).map(Self::Pid),
             Self::Transfer(law) => law.times(factor).map(Self::Transfer),
-            Self::Smith(_) | Self::StateFeedback(_) => None,
+            Self::Smith(_) | Self::StateFeedback(_) | Self::Aged(_) => None,
         }
     }
 
@@ -122,6 +136,7 @@ impl Law {
     pub fn signals(&self) -> (usize, usize) {
         match self {
             Self::StateFeedback(law) => law.signals(),
+            Self::Aged(law) => law.assumed().signals(),
             _ => (1, 1),
         }
     }
@@ -134,6 +149,7 @@ impl Law {
             Self::Transfer(law) => law.state_space().order(),
             Self::Smith(law) => law.order(),
             Self::StateFeedback(law) => law.order(),
+            Self::Aged(law) => law.assumed().order(),
         }
     }
 
@@ -147,6 +163,7 @@ impl Law {
             Self::Transfer(law) => law.state_space(),
             Self::Smith(law) => law.state_space(h_s)?,
             Self::StateFeedback(law) => law.state_space(),
+            Self::Aged(law) => law.assumed().state_space(),
         })
     }
 
@@ -163,6 +180,7 @@ impl Law {
             Self::Transfer(law) => negated(&law.state_space().transfer_function()?),
             Self::Smith(law) => law.transfer_function(h_s),
             Self::StateFeedback(law) => negated(&law.state_space().transfer_function()?),
+            Self::Aged(law) => negated(&law.assumed().state_space().transfer_function()?),
         }
     }
 }

@@ -12,7 +12,7 @@
 //! - [`plant`]: a model with dead time, and how it is sampled;
 //! - [`pid`]: the controller of the paper, one error and one command per update;
 //! - [`law`]: the PID and other laws: a transfer function, a Smith predictor, state feedback with a
-//!   Kalman filter;
+//!   Kalman filter; [`moment`] has what they are told of time;
 //! - [`preset`]: the plant and the controller of the paper;
 //! - [`open_loop`]: plant and law as a function of frequency, by their states; `swept` and `hessenberg` have the
 //!   parts, `wide` the numbers of 32 digits; [`minimal`] tells the modes that a zero cancels;
@@ -39,6 +39,7 @@ mod hessenberg;
 pub mod law;
 pub mod margin;
 pub mod minimal;
+pub mod moment;
 pub mod open_loop;
 pub mod pid;
 pub mod plant;
@@ -59,9 +60,12 @@ mod winding;
 pub use blocking::{Untold, largest_stable_blocking_round_trip_s};
 pub use closed_loop::{Analysis, largest_stable_round_trip_s, loop_delay_ticks, step_response};
 pub use discretise::{InvalidDiscretisation, Method, discretise};
-pub use law::{Estimator, InvalidLaw, Law, Smith, StateFeedback, Transfer, Weights};
+pub use law::{
+    AgedFeedback, Estimator, InvalidLaw, Law, Noise, Smith, StateFeedback, Transfer, Weights,
+};
 pub use margin::{InvalidDeadTime, Margins, margins};
 pub use minimal::{Fate, Hidden};
+pub use moment::{AnswerFacts, LawInput, Moment};
 pub use nalgebra::Complex;
 pub use open_loop::OpenLoop;
 pub use pid::{AntiWindup, Gains, InvalidPid, Pid, Saturation};

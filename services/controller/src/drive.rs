@@ -252,6 +252,7 @@ mod tests {
             u: number,
             tick: Some(u64::MAX),
             outcome: MessageOutcome::Answered,
+            y_seq: None,
         };
         let mut text = Vec::new();
         MessageRow::write(&row, &mut text);

@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use control::{Law, Signals, seconds};
+use control::{AnswerFacts, Law, LawInput, Moment, Signals, seconds};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -114,6 +114,16 @@ struct UnderWay {
     /// The output from which the command follows; `None` in open loop.
     y: Option<f64>,
     u: f64,
+    /// The message whose answer brought that output.
+    y_seq: Option<u64>,
+}
+
+/// The newest answer that counts.
+#[derive(Clone, Copy, Debug)]
+struct NewestAnswer {
+    /// The message that it answers.
+    seq: u64,
+    told: AnswerFacts,
 }
 
 /// The controller's end of the loop.
@@ -126,9 +136,9 @@ pub struct ControllerEnd {
     /// h in seconds, computed once, since a division costs as much as a law's arithmetic.
     h_s: f64,
     law: Law,
-    /// The newest known outputs, and the plant's tick to which they belong.
+    /// The newest known outputs, and the answer that brought them.
     y: Signals,
-    y_tick: u64,
+    newest: Option<NewestAnswer>,
     /// When the previous command was sent, for `Integrate::Elapsed`.
     last_send_ns: Option<u64>,
     next_seq: u64,
@@ -166,7 +176,7 @@ impl ControllerEnd {
             h_s: settings.h.seconds(),
             law: law.into(),
             y: y.into(),
-            y_tick: 0,
+            newest: None,
             last_send_ns: None,
             next_seq: 0,
             next_due_ns: Some(start_ns),
@@ -269,10 +279,19 @@ impl ControllerEnd {
             tick = Some(state.tick);
             // The plant's tick, not seq, gives the age of a measurement: a command that was overtaken
             // on its way up brings back the newer output.
-            let overtaken = state.tick < self.y_tick;
+            let overtaken = self
+                .newest
+                .is_some_and(|newest| state.tick < newest.told.tick);
             if !(overtaken && self.settings.late == Late::Drop) {
                 self.y = state.y;
-                self.y_tick = state.tick;
+                self.newest = Some(NewestAnswer {
+                    seq: state.seq,
+                    told: AnswerFacts {
+                        tick: state.tick,
+                        u: state.u,
+                        send_ns: message.send_ns,
+                    },
+                });
             }
         }
         Some(MessageRow {
@@ -318,6 +337,7 @@ impl ControllerEnd {
             mode, integrate, ..
         } = self.settings;
         let r = self.r(deadline.due_ns);
+        let newest = self.newest;
         let (u, y) = match mode {
             // The plant does not apply it, so the reference will do.
             Mode::Open => (r.into(), None),
@@ -326,7 +346,14 @@ impl ControllerEnd {
                     (Integrate::Elapsed, Some(last_ns)) => seconds(now_ns.saturating_sub(last_ns)),
                     _ => self.h_s,
                 };
-                (self.law.update(r, self.y, dt_s), Some(self.y.first))
+                let seen = LawInput {
+                    y: self.y,
+                    times: Some(Moment {
+                        send_ns: now_ns,
+                        told: newest.map(|newest| newest.told),
+                    }),
+                };
+                (self.law.update(r, seen, dt_s), Some(self.y.first))
             }
         };
         self.last_send_ns = Some(now_ns);
@@ -336,6 +363,7 @@ impl ControllerEnd {
             r,
             y,
             u: u.first,
+            y_seq: newest.map(|newest| newest.seq),
         });
         Command {
             seq: deadline.seq,
@@ -384,6 +412,7 @@ impl ControllerEnd {
             u: None,
             tick: None,
             outcome: MessageOutcome::Missed,
+            y_seq: None,
         }
     }
 }
@@ -410,6 +439,7 @@ impl UnderWay {
             u: Some(self.u),
             tick: None,
             outcome,
+            y_seq: self.y_seq,
         }
     }
 }

@@ -116,6 +116,9 @@ row!(
         /// What became of it: answered, no answer in time, connection or answer broken, nothing sent, or it reached the
         /// plant and more only its controller knows.
         outcome: MessageOutcome,
+    } later {
+        /// The message whose answer brought `y`; empty before the first answer, and in older files.
+        y_seq: Option<u64>,
     }
 );
 
@@ -213,7 +216,8 @@ mod tests {
             u: None,
             tick: None,
             outcome: MessageOutcome::Missed,
+            y_seq: None,
         };
-        check(missed, MessageRow::COLUMNS, "4,12,,,,1.0,,,,,missed");
+        check(missed, MessageRow::COLUMNS, "4,12,,,,1.0,,,,,missed,");
     }
 }

@@ -248,7 +248,7 @@ fn write_whole(path: &Path, content: &[u8]) -> io::Result<()> {
 mod tests {
     use super::*;
 
-    const ROW: &[u8] = b"0,5,,,,1,,,,,missed\n";
+    const ROW: &[u8] = b"0,5,,,,1,,,,,missed,\n";
 
     fn wait<T>(receipt: Receipt<T>) -> Result<T, FilingError> {
         receipt.0.blocking_recv().expect("the filer lives")

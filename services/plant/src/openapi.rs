@@ -257,10 +257,11 @@ fn rows() -> Value {
         "number of the chunk, from 0; one that was taken before is well received and left alone",
     );
     // What an outcome has beside r, in open and in closed loop.
-    let missed = format!(",,,{NUMBER},,,,,missed");
-    let lost = format!("{COUNT},,,{NUMBER},(,,|{NUMBER},{NUMBER},){NUMBER},,(timeout|failed)");
+    let missed = format!(",,,{NUMBER},,,,,missed,");
+    let lost =
+        format!("{COUNT},,,{NUMBER},(,,|{NUMBER},{NUMBER},){NUMBER},,(timeout|failed),({COUNT})?");
     let answered = format!(
-        "{COUNT},{COUNT},{COUNT},{NUMBER},(,,{NUMBER},|{NUMBER},{NUMBER},{NUMBER},{COUNT}),answered"
+        "{COUNT},{COUNT},{COUNT},{NUMBER},(,,{NUMBER},|{NUMBER},{NUMBER},{NUMBER},{COUNT}),answered,({COUNT})?"
     );
     let row = format!("{COUNT},{COUNT},({missed}|{lost}|{answered})");
     let schema = json!({

@@ -108,16 +108,16 @@ fn consistent(row: &MessageRow) -> Result<(), Problem> {
 mod tests {
     use super::*;
 
-    const CLOSED: &str = "7,100,110,150,130,1,0.5,0.5,0.0850,3,answered";
+    const CLOSED: &str = "7,100,110,150,130,1,0.5,0.5,0.0850,3,answered,6";
 
     #[test]
     fn rows_of_both_modes_and_all_outcomes_are_read() {
         let text = [
             CLOSED,
-            "8,200,210,250,230,1.0,,,1,,answered\r",
-            "9,300,310,,,1,-1e-7,1.0000001,1.5e+22,,timeout",
-            "10,400,410,,,1,,,1,,failed",
-            "11,500,,,,1,,,,,missed",
+            "8,200,210,250,230,1.0,,,1,,answered,\r",
+            "9,300,310,,,1,-1e-7,1.0000001,1.5e+22,,timeout,",
+            "10,400,410,,,1,,,1,,failed,",
+            "11,500,,,,1,,,,,missed,",
         ]
         .join("\n");
         let rows = read(text.as_bytes()).expect("rows");
@@ -136,6 +136,7 @@ mod tests {
                 u: Some(0.085),
                 tick: Some(3),
                 outcome: MessageOutcome::Answered,
+                y_seq: Some(6),
             }
         );
         assert_eq!((rows[2].y, rows[2].u), (Some(-1e-7), Some(1.5e22)));
@@ -151,56 +152,63 @@ mod tests {
     fn a_bad_row_is_refused_by_line_and_field() {
         // The second line, and the expected error.
         let table = [
-            ("", "1 fields; a row has the 11: seq,t_due_ns,"),
+            ("", "1 fields; a row has the 12: seq,t_due_ns,"),
             ("1,2,3", "3 fields"),
-            (&format!("{CLOSED},"), "12 fields"),
-            ("-1,100,,,,1,,,,,missed", "`seq`: `-1` is not a whole"),
-            ("+1,100,,,,1,,,,,missed", "`seq`: `+1` is not a whole"),
-            (",100,,,,1,,,,,missed", "`seq`: `` is not a whole"),
-            ("1,1e3,,,,1,,,,,missed", "`t_due_ns`: `1e3`"),
-            ("1,18446744073709551616,,,,1,,,,,missed", "`t_due_ns`"),
-            ("1,100,,,,,,,,,missed", "`r`: `` is not a finite"),
-            ("1,100,,,,inf,,,,,missed", "`r`: `inf` is not a finite"),
-            ("1,100,,,,1e999,,,,,missed", "`r`: `1e999`"),
-            ("1,100,,,,\"1\",,,,,missed", "`r`: `\\\"1\\\"`"),
-            ("1,100,,,,1,,,,,Missed", "`outcome`: `Missed` is unknown"),
-            ("1,100,,,,1,,,,,", "`outcome`: `` is unknown"),
+            (&format!("{CLOSED},"), "13 fields"),
+            ("-1,100,,,,1,,,,,missed,", "`seq`: `-1` is not a whole"),
+            ("+1,100,,,,1,,,,,missed,", "`seq`: `+1` is not a whole"),
+            (",100,,,,1,,,,,missed,", "`seq`: `` is not a whole"),
+            ("1,1e3,,,,1,,,,,missed,", "`t_due_ns`: `1e3`"),
+            ("1,18446744073709551616,,,,1,,,,,missed,", "`t_due_ns`"),
+            ("1,100,,,,,,,,,missed,", "`r`: `` is not a finite"),
+            ("1,100,,,,inf,,,,,missed,", "`r`: `inf` is not a finite"),
+            ("1,100,,,,1e999,,,,,missed,", "`r`: `1e999`"),
+            ("1,100,,,,\"1\",,,,,missed,", "`r`: `\\\"1\\\"`"),
+            ("1,100,,,,1,,,,,Missed,", "`outcome`: `Missed` is unknown"),
+            ("1,100,,,,1,,,,,,", "`outcome`: `` is unknown"),
             (
-                "1,100,110,,,1,,,,,missed",
+                "1,100,110,,,1,,,,,missed,",
                 "`t_send_ns` has a value; in this missed",
             ),
-            ("1,100,,,,1,0,1,,,missed", "`y` has a value; in this missed"),
-            ("1,100,,,,1,,,0.1,,missed", "`u` has a value"),
             (
-                "1,100,,,,1,0,1,0.1,,failed",
+                "1,100,,,,1,0,1,,,missed,",
+                "`y` has a value; in this missed",
+            ),
+            ("1,100,,,,1,,,0.1,,missed,", "`u` has a value"),
+            (
+                "1,100,,,,1,0,1,0.1,,failed,",
                 "`t_send_ns` is empty; in this failed",
             ),
             (
-                "1,100,110,150,,1,0,1,0.1,,timeout",
+                "1,100,110,150,,1,0,1,0.1,,timeout,",
                 "`t_receive_ns` has a value; in this timeout",
             ),
             (
-                "1,100,110,,130,1,0,1,0.1,,failed",
+                "1,100,110,,130,1,0,1,0.1,,failed,",
                 "`t_arrive_ns` has a value",
             ),
-            ("1,100,110,,,1,0,1,0.1,4,failed", "`tick` has a value"),
-            ("1,100,110,,,1,0,1,,,failed", "`u` is empty"),
-            ("1,100,110,150,130,1,0,,0.1,4,answered", "`e` is empty"),
-            ("1,100,110,150,130,1,,1,0.1,,answered", "`e` has a value"),
+            ("1,100,110,,,1,0,1,0.1,4,failed,", "`tick` has a value"),
+            ("1,100,110,,,1,0,1,,,failed,", "`u` is empty"),
+            ("1,100,110,150,130,1,0,,0.1,4,answered,", "`e` is empty"),
+            ("1,100,110,150,130,1,,1,0.1,,answered,", "`e` has a value"),
             (
-                "1,100,110,150,130,1,0,1,0.1,,answered",
+                "1,100,110,150,130,1,0,1,0.1,,answered,",
                 "`tick` is empty; in this answered",
             ),
-            ("1,100,110,150,130,1,,,0.1,4,answered", "`tick` has a value"),
             (
-                "1,100,110,,130,1,0,1,0.1,4,answered",
+                "1,100,110,150,130,1,,,0.1,4,answered,",
+                "`tick` has a value",
+            ),
+            (
+                "1,100,110,,130,1,0,1,0.1,4,answered,",
                 "`t_receive_ns` is empty",
             ),
             (
-                "1,100,110,109,130,1,0,1,0.1,4,answered",
+                "1,100,110,109,130,1,0,1,0.1,4,answered,",
                 "109 is before t_send_ns = 110",
             ),
-            ("1,100,110,150,130,NaN,0,1,0.1,4,answered", "`r`: `NaN`"),
+            ("1,100,110,150,130,NaN,0,1,0.1,4,answered,", "`r`: `NaN`"),
+            ("1,100,110,150,130,1,0,1,0.1,4,answered,x", "`y_seq`: `x`"),
         ];
         for (line, says) in table {
             let error = read(format!("{CLOSED}\n{line}\n{CLOSED}\n").as_bytes());

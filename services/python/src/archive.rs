@@ -17,9 +17,10 @@ macro_rules! package {
 }
 
 /// The path of each file in the archive, and its content.
-const FILES: [(&str, &str); 31] = package![
+const FILES: [(&str, &str); 32] = package![
     "__init__.py",
     "__main__.py",
+    "aged.py",
     "argument.py",
     "drive.py",
     "end.py",

@@ -84,15 +84,19 @@ class Vectors(unittest.TestCase):
 
     def test_a_law_gets_and_gives_all_signals_and_a_row_has_the_first(self):
         class Swapping:
-            def update(self, r, y, dt_s):
+            def update(self, r, y, dt_s, times):
+                self.times = times
                 return y[1], y[0]
 
         settings = Settings("closed", 10, 1.0, 1, "absolute", "h", "apply")
-        end = ControllerEnd(settings, Swapping(), (0.25, 0.5), 0, 20)
+        law = Swapping()
+        end = ControllerEnd(settings, law, (0.25, 0.5), 0, 20)
         self.assertEqual(end.poll(0).command.u, (0.5, 0.25))
+        self.assertEqual(law.times, (0, None))
         row = end.answered(parse_answer("closed", "seq=0&tick=1&t_arrive_ns=2&y=3,4&u=0.5,0.25"), 3)
-        self.assertEqual((row.y, row.e, row.u), (0.25, 0.75, 0.5))
+        self.assertEqual((row.y, row.e, row.u, row.y_seq), (0.25, 0.75, 0.5, None))
         self.assertEqual(end.poll(10).command.u, (4.0, 3.0))
+        self.assertEqual(law.times, (10, (1, (0.5, 0.25), 0)))
 
     def test_an_end_that_goes_on_has_the_deadlines_and_numbers_of_one_from_the_start(self):
         for schedule in ("absolute", "relative", "since-send"):

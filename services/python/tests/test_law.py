@@ -5,7 +5,7 @@ import pathlib
 import unittest
 
 from webloop.law import MAX_TICKS, InvalidLaw, paper_pi, parse_law
-from webloop.message import numbers
+from webloop.message import AnswerFacts, Moment, numbers
 from webloop.pid import Gains, Pid
 
 VECTORS = pathlib.Path(__file__).resolve().parents[2] / "endpoint/tests/vectors/laws.json"
@@ -27,6 +27,21 @@ LAWS = {
         "reference": [[1.5]],
         "others": [],
         "limits": None,
+    },
+    "aged-feedback": {
+        "law": "aged-feedback",
+        "model": {**MODEL, "b": [[1.0], [0.0]], "c": [[0.0, 1.0]], "d": [[0.0]]},
+        "gains": [[0.5, 0.25]],
+        "reference": [[1.5]],
+        "others": [],
+        "limits": None,
+        "h_ns": 3000000,
+        "noise": {
+            "covariance": [[1.0, 0.5], [0.5, 1.0]],
+            "drift": [[1.0, 0.0], [0.0, 0.0]],
+            "cross": [[0.0], [0.0]],
+            "output": [[0.25]],
+        },
     },
 }
 
@@ -62,6 +77,16 @@ def signal(value):
     return tuple(map(float, value)) if isinstance(value, list) else float(value)
 
 
+def times(words):
+    """The times of a step, if it has any."""
+    if words is None:
+        return None
+    told = words["told"]
+    if told is not None:
+        told = AnswerFacts(told["tick"], signal(told["u"]), told["send_ns"])
+    return Moment(words["send_ns"], told)
+
+
 def bits(signal):
     """Each number of a signal, to its last bit."""
     return [value.hex() for value in numbers(signal)]
@@ -83,7 +108,8 @@ class Vectors(unittest.TestCase):
                 law = parse_law(json.dumps(case["law"]))
                 for number, step in enumerate(case["steps"]):
                     r, y, dt_s, u = (signal(step[name]) for name in ("r", "y", "dt_s", "u"))
-                    self.assertEqual(bits(law.update(r, y, dt_s)), bits(u), number)
+                    found = law.update(r, y, dt_s, times(step.get("times")))
+                    self.assertEqual(bits(found), bits(u), number)
 
 
 class Update(unittest.TestCase):
@@ -153,7 +179,7 @@ class Update(unittest.TestCase):
 
 class Refusals(unittest.TestCase):
     def test_what_is_no_law_is_refused_with_the_field_and_what_to_give(self):
-        pid, transfer, smith, feedback = LAWS.values()
+        pid, transfer, smith, feedback, aged = LAWS.values()
         for law, names in [
             (7, "one of pid, transfer, smith, state-feedback"),
             ([pid], "`law`: `null`"),
@@ -197,6 +223,12 @@ class Refusals(unittest.TestCase):
             ({**feedback, "reference": {}}, "`reference`: `{}`"),
             ({**feedback, "others": [1.0]}, "`others` has 1 numbers; give at most 0"),
             (without_field(feedback, "others"), "`others` is missing"),
+            (without_field(aged, "h_ns"), "`h_ns` is missing"),
+            ({**aged, "h_ns": 0}, "`h_ns`: `0` is wrong; give a whole number above zero"),
+            ({**aged, "h_ns": 3e6}, "`h_ns`: `3000000.0` is wrong"),
+            ({**aged, "noise": {}}, "`noise.covariance` is missing"),
+            (with_field(aged, ["noise", "drift"], [[1.0, 0.0]]), "`noise.drift` has 1 rows; give 2"),
+            (with_field(aged, ["noise", "output", 0, 0], None), "`noise.output[0][0]`: `null`"),
             ({**TWO, "gains": []}, "`gains` has 0 rows; give one or two, one for each input"),
             (with_field(TWO, ["model", "c"], [[0.0, 1.0]] * 3), "`model.c` has 3 rows; give one or two"),
             (with_field(TWO, ["model", "a", 1], [1.0]), "`model.a[1]` has 1 numbers; give 2"),

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Dict, NamedTuple, Optional, Union
 
 from webloop.law import Law
-from webloop.message import Answer, Command, Signal, first
+from webloop.message import Answer, AnswerFacts, Command, Moment, Signal, first
 from webloop.row import ANSWERED, TIMEOUT, MessageRow
 from webloop.setting import Reference, Settings
 
@@ -91,9 +91,10 @@ class ControllerEnd:
         self._changes = list(reversed(reference or ()))
         self._start_ns = start_ns
         self.counts = Counts()
-        # The newest output known, and the plant's tick that it belongs to.
+        # The newest output known, and the answer that brought it, by its message.
         self._y = y
-        self._y_tick = 0
+        self._y_seq: Optional[int] = None
+        self._told: Optional[AnswerFacts] = None
         # When the command before was sent, for `integrate` = elapsed.
         self._last_send_ns: Optional[int] = None
         self._next_seq = 0
@@ -165,10 +166,14 @@ class ControllerEnd:
             row.tick = tick
             # The plant's tick, not seq, is the age of a measurement: a command
             # that was overtaken on its way up brings home the newer output.
-            overtaken = tick < self._y_tick
-            if answer.y is not None and not (overtaken and self.settings.late == "drop"):
-                self._y = answer.y
-                self._y_tick = tick
+            told, send_ns = self._told, row.t_send_ns
+            overtaken = told is not None and tick < told.tick
+            dropped = overtaken and self.settings.late == "drop"
+            y, u = answer.y, answer.u
+            if not (dropped or y is None or u is None or send_ns is None):
+                self._y = y
+                self._y_seq = row.seq
+                self._told = AnswerFacts(tick, u, send_ns)
         return row
 
     def lost(self, seq: int, outcome: str, now_ns: int) -> Optional[MessageRow]:
@@ -201,7 +206,8 @@ class ControllerEnd:
             dt_s = settings.h_ns / 1e9
             if settings.integrate == "elapsed" and self._last_send_ns is not None:
                 dt_s = max(now_ns - self._last_send_ns, 0) / 1e9
-            u = self.law.update(row.r, y, dt_s)
+            row.y_seq = self._y_seq
+            u = self.law.update(row.r, y, dt_s, Moment(now_ns, self._told))
         row.t_send_ns = now_ns
         row.u = first(u)
         self._last_send_ns = now_ns

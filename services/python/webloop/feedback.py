@@ -9,52 +9,67 @@ plant may have two inputs or two outputs.
 from __future__ import annotations
 
 from math import isfinite
-from typing import Sequence
+from typing import List, Optional, Sequence
 
-from webloop.message import Signal, numbers
+from webloop.message import Moment, Signal, numbers
 from webloop.model import Matrices, all_finite, dot
 from webloop.pid import Limits
+
+
+class Commands:
+    """What turns states into commands: u = reference r - gains x."""
+
+    __slots__ = ("_gains", "_reference", "_others", "_limits")
+
+    def __init__(
+        self,
+        gains: Sequence[Sequence[float]],
+        reference: Sequence[Sequence[float]],
+        others: Sequence[float],
+        limits: Limits,
+    ) -> None:
+        """For a model with n states and m inputs `gains` is m by n. `reference`
+        has a row for each input: the factor of r, and of each of `others`, the
+        references of the outputs after the first."""
+        self._gains = gains
+        self._reference = [(row[0], row[1:]) for row in reference]
+        self._others = others
+        self._limits = limits
+
+    def at(self, r: float, x: Sequence[float]) -> List[float]:
+        """The command for each input at the state x."""
+        clip = self._limits.clip
+        return [
+            clip(dot(factors, self._others, factor * r) - dot(gains, x))
+            for (factor, factors), gains in zip(self._reference, self._gains)
+        ]
+
+    def rest(self) -> Signal:
+        """The command of a law at rest."""
+        return 0.0 if len(self._gains) == 1 else (0.0, 0.0)
 
 
 class StateFeedback:
     """A running law, at rest when new."""
 
-    __slots__ = (
-        "_model",
-        "_gains",
-        "_observer",
-        "_reference",
-        "_others",
-        "_limits",
-        "_state",
-        "_output",
-    )
+    __slots__ = ("_model", "_commands", "_observer", "_state", "_output")
 
     def __init__(
-        self,
-        model: Matrices,
-        gains: Sequence[Sequence[float]],
-        observer: Sequence[Sequence[float]],
-        reference: Sequence[Sequence[float]],
-        others: Sequence[float],
-        limits: Limits,
+        self, model: Matrices, commands: Commands, observer: Sequence[Sequence[float]]
     ) -> None:
-        """For a model with n states, m inputs and p outputs `gains` is m by n.
-        `observer` has a row for each state, then p for each tick that an output
-        is on its way, at least one; p numbers a row. `reference` has a row for
-        each input: the factor of r, and of each of `others`, the references of
-        the outputs after the first."""
+        """For a model with n states and p outputs `observer` has a row for each
+        state, then p for each tick that an output is on its way, at least one;
+        p numbers a row."""
         self._model = model
-        self._gains = gains
+        self._commands = commands
         self._observer = observer
-        self._reference = [(row[0], row[1:]) for row in reference]
-        self._others = others
-        self._limits = limits
         # The model's states, then its outputs on their way here, the newest first.
         self._state = [0.0] * len(observer)
-        self._output: Signal = 0.0 if len(gains) == 1 else (0.0, 0.0)
+        self._output = commands.rest()
 
-    def update(self, r: float, y: Signal, dt_s: float) -> Signal:
+    def update(
+        self, r: float, y: Signal, dt_s: float, times: Optional[Moment] = None
+    ) -> Signal:
         """The command for the reference r and the newest output y; one step,
         whatever `dt_s` is.
 
@@ -70,11 +85,7 @@ class StateFeedback:
         errors = [new - old for new, old in zip(outputs, oldest)]
         state = [dot(gains, errors, was) for was, gains in zip(self._state, self._observer)]
         x, line = state[: len(a)], state[len(a) :]
-        clip = self._limits.clip
-        u = [
-            clip(dot(factors, self._others, factor * r) - dot(gains, x))
-            for (factor, factors), gains in zip(self._reference, self._gains)
-        ]
+        u = self._commands.at(r, x)
         ahead = [dot(of_u, u, dot(of_x, x)) for of_x, of_u in zip(a, b)]
         ahead += [dot(of_u, u, dot(of_x, x)) for of_x, of_u in zip(c, d)]
         ahead += line

@@ -11,8 +11,9 @@ import json
 from math import inf, isfinite
 from typing import List, NoReturn, Optional, Protocol, Sequence, Tuple
 
-from webloop.feedback import StateFeedback
-from webloop.message import Signal
+from webloop.aged import AgedFeedback, Noise
+from webloop.feedback import Commands, StateFeedback
+from webloop.message import Moment, Signal
 from webloop.model import Matrices, Model
 from webloop.pid import BACK_CALCULATION, CONDITIONAL, OFF, Gains, Limits, Pid
 from webloop.query import excerpt
@@ -34,6 +35,7 @@ _FIELDS = {
     "transfer": ("model", "limits"),
     "smith": ("pid", "model", "ticks"),
     "state-feedback": ("model", "gains", "observer", "reference", "others", "limits"),
+    "aged-feedback": ("model", "gains", "reference", "others", "limits", "h_ns", "noise"),
 }
 
 _Size = Tuple[int, str]
@@ -43,10 +45,12 @@ _Size = Tuple[int, str]
 class Law(Protocol):
     """What turns outputs into commands."""
 
-    def update(self, r: float, y: Signal, dt_s: float) -> Signal:
+    def update(
+        self, r: float, y: Signal, dt_s: float, times: Optional[Moment] = None
+    ) -> Signal:
         """The command for the reference r and the newest output y, `dt_s` after
-        the last. Always finite, and never raises: only `own`'s does, which ends
-        the run."""
+        the last; `times` says when both are, for a law that asks. Always finite,
+        and never raises: only `own`'s does, which ends the run."""
 
 
 class InvalidLaw(ValueError):
@@ -87,6 +91,8 @@ def _law(value: object) -> Law:
     if kind == "smith":
         pid = _pid("pid.", _fields("pid", fields[0], _PID))
         return Smith(pid, _model(fields[1]), _ticks(fields[2]))
+    if kind == "aged-feedback":
+        return _aged(fields)
     return _feedback(fields)
 
 
@@ -100,34 +106,60 @@ def _pid(at: str, fields: Sequence[object]) -> Pid:
 
 def _feedback(fields: Sequence[object]) -> StateFeedback:
     model, gains, observer, reference, others, limits = fields
+    matrices, commands = _by_states(model, gains, reference, others, limits)
+    states, outputs = len(matrices.a), (len(matrices.c), "row of `model.c`")
+    rows = _list("observer", observer)
+    line = len(rows) - states
+    if line < outputs[0] or line % outputs[0] != 0:
+        raise InvalidLaw(
+            f"field `observer` has {len(rows)} rows; give {states} for the model's states and"
+            f" {outputs[0]} for each tick that its outputs are on their way, at least one"
+        )
+    by_output = [_numbers(f"observer[{index}]", row, outputs) for index, row in enumerate(rows)]
+    return StateFeedback(matrices, commands, by_output)
+
+
+def _aged(fields: Sequence[object]) -> AgedFeedback:
+    model, gains, reference, others, limits, h_ns, noise = fields
+    matrices, commands = _by_states(model, gains, reference, others, limits)
+    if isinstance(h_ns, bool) or not isinstance(h_ns, int) or h_ns < 1:
+        _refuse("h_ns", h_ns, "a whole number above zero")
+    covariance, drift, cross, output = _fields("noise", noise, Noise._fields)
+    states, outputs = (len(matrices.a), "row of `model.a`"), (len(matrices.c), "row of `model.c`")
+    numbers = Noise(
+        _matrix("noise.covariance", covariance, states, states),
+        _matrix("noise.drift", drift, states, states),
+        _matrix("noise.cross", cross, states, outputs),
+        _matrix("noise.output", output, outputs, outputs),
+    )
+    return AgedFeedback(matrices, commands, numbers, h_ns)
+
+
+def _by_states(
+    model: object, gains: object, reference: object, others: object, limits: object
+) -> Tuple[Matrices, Commands]:
+    """What both laws that know the plant's states have."""
     a, b, c, d = _fields("model", model, ("a", "b", "c", "d"))
     states = (len(_list("model.a", a)), "row of `model.a`")
     inputs = (_one_or_two("gains", gains, "input"), "row of `gains`")
     by_state = _matrix("gains", gains, inputs, states)
     outputs = (_one_or_two("model.c", c, "output"), "row of `model.c`")
-    rows = _list("observer", observer)
-    line = len(rows) - states[0]
-    if line < outputs[0] or line % outputs[0] != 0:
-        raise InvalidLaw(
-            f"field `observer` has {len(rows)} rows; give {states[0]} for the model's states and"
-            f" {outputs[0]} for each tick that its outputs are on their way, at least one"
-        )
     rest = _numbers("others", others)
     if len(rest) >= outputs[0]:
         raise InvalidLaw(
             f"field `others` has {len(rest)} numbers; give at most {outputs[0] - 1}, one for each"
             " output after the first"
         )
-    return StateFeedback(
-        Matrices(
-            _matrix("model.a", a, states, states),
-            _matrix("model.b", b, states, inputs),
-            _matrix("model.c", c, outputs, states),
-            _matrix("model.d", d, outputs, inputs),
-        ),
+    matrices = Matrices(
+        _matrix("model.a", a, states, states),
+        _matrix("model.b", b, states, inputs),
+        _matrix("model.c", c, outputs, states),
+        _matrix("model.d", d, outputs, inputs),
+    )
+    references = (1 + len(rest), "reference, r and `others`")
+    return matrices, Commands(
         by_state,
-        [_numbers(f"observer[{index}]", row, outputs) for index, row in enumerate(rows)],
-        _matrix("reference", reference, inputs, (1 + len(rest), "reference, r and `others`")),
+        _matrix("reference", reference, inputs, references),
         rest,
         _limits("limits", limits, (OFF,)) or Limits(),
     )

@@ -66,6 +66,28 @@ class Answer(NamedTuple):
     """The plant's latest tick; none in open loop, where the plant only acknowledges."""
     y: Optional[Signal] = None
     """The output after that tick, or both; none in open loop."""
+    u: Optional[Signal] = None
+    """The input that the plant holds from now on, or both; none in open loop."""
+
+
+class AnswerFacts(NamedTuple):
+    """What the newest answer tells a law beside the output, and when it was asked for."""
+
+    tick: int
+    """The plant's tick to which the output belongs."""
+    u: Signal
+    """The input that the plant holds from the next tick on, or both."""
+    send_ns: int
+    """When the message was sent that it answers, on the controller's clock."""
+
+
+class Moment(NamedTuple):
+    """When a command is sent, and when the newest output was."""
+
+    send_ns: int
+    """When the command is sent, on the controller's clock."""
+    told: Optional[AnswerFacts]
+    """The answer that brought the output; none before the first."""
 
 
 class Observation(NamedTuple):
@@ -91,14 +113,12 @@ def parse_answer(mode: str, text: str) -> Answer:
     """Reads an answer in the form that a loop of this mode gets."""
     if mode == "closed":
         seq, tick, t_arrive_ns, y, u = fields(text, _STATE)
-        # The plant's u is read, since an invalid number is a broken answer,
-        # and left: what the plant holds is the plant's row.
-        _signal("u", u, "inputs")
         return Answer(
             count("seq", seq),
             count("t_arrive_ns", t_arrive_ns),
             count("tick", tick),
             _signal("y", y, "outputs"),
+            _signal("u", u, "inputs"),
         )
     seq, t_arrive_ns = fields(text, _ACKNOWLEDGEMENT)
     return Answer(count("seq", seq), count("t_arrive_ns", t_arrive_ns))

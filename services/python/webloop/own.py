@@ -14,7 +14,7 @@ from typing import Any, Collection, NoReturn, Optional, Protocol, Sequence, Unio
 
 from webloop import argument
 from webloop.main import FAILED, run
-from webloop.message import Signal, signal_of
+from webloop.message import Moment, Signal, signal_of
 from webloop.query import excerpt
 from webloop.setting import Config
 
@@ -60,7 +60,9 @@ class Own:
         except Exception as error:
             raise _raised(f"start(h={h_s}, r={r})", error) from None
 
-    def update(self, r: float, y: Signal, dt_s: float) -> Signal:
+    def update(
+        self, r: float, y: Signal, dt_s: float, times: Optional[Moment] = None
+    ) -> Signal:
         """The controller's command for the reference r and the newest output y, `dt_s` after the
         last. Raises `LawError`."""
         self._calls += 1

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import inf, isfinite
 from typing import NamedTuple, Optional
 
-from webloop.message import Signal, first
+from webloop.message import Moment, Signal, first
 
 OFF = "off"
 """The integral goes on while the command is limited, and winds up."""
@@ -80,7 +80,9 @@ class Pid:
         self._error = 0.0
         self._output = 0.0
 
-    def update(self, r: float, y: Signal, dt_s: float) -> float:
+    def update(
+        self, r: float, y: Signal, dt_s: float, times: Optional[Moment] = None
+    ) -> float:
         """One update with error e = r - y, `dt_s` after the last: the command u.
         Of two outputs y is the first.
 

@@ -20,6 +20,7 @@ COLUMNS = (
     "u",
     "tick",
     "outcome",
+    "y_seq",
 )
 """The columns of `messages.csv`, in order."""
 
@@ -50,12 +51,13 @@ class MessageRow:
         self.u: Optional[float] = None
         self.tick: Optional[int] = None
         self.outcome = MISSED
+        self.y_seq: Optional[int] = None
 
     def line(self) -> str:
         """The row as a line of CSV. Numbers and words need no quotes, and
         `repr` writes the fewest digits that read back to the same number."""
         send, receive, arrive = self.t_send_ns, self.t_receive_ns, self.t_arrive_ns
-        y, e, u, tick = self.y, self.e, self.u, self.tick
+        y, e, u, tick, y_seq = self.y, self.e, self.u, self.tick, self.y_seq
         return (
             f"{self.seq},{self.t_due_ns},"
             f"{'' if send is None else send},"
@@ -66,5 +68,6 @@ class MessageRow:
             f"{'' if e is None else repr(e)},"
             f"{'' if u is None else repr(u)},"
             f"{'' if tick is None else tick},"
-            f"{self.outcome}\n"
+            f"{self.outcome},"
+            f"{'' if y_seq is None else y_seq}\n"
         )

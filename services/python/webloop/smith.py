@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections import deque
 from math import isfinite
-from typing import Deque
+from typing import Deque, Optional
 
-from webloop.message import Signal, first
+from webloop.message import Moment, Signal, first
 from webloop.model import Model, all_finite
 from webloop.pid import Pid
 
@@ -32,7 +32,9 @@ class Smith:
         self._line: Deque[float] = deque([0.0] * ticks, maxlen=ticks)
         self._output = 0.0
 
-    def update(self, r: float, y: Signal, dt_s: float) -> float:
+    def update(
+        self, r: float, y: Signal, dt_s: float, times: Optional[Moment] = None
+    ) -> float:
         """The command for the reference r and the newest output y, of two the
         first, `dt_s` after the last.
 

@@ -6,8 +6,9 @@ It is sampled once, beforehand: a step a message, however long the last is ago.
 from __future__ import annotations
 
 from math import isfinite
+from typing import Optional
 
-from webloop.message import Signal, first
+from webloop.message import Moment, Signal, first
 from webloop.model import Model, all_finite
 from webloop.pid import Limits
 
@@ -23,7 +24,9 @@ class Transfer:
         self._x = model.at_rest()
         self._output = 0.0
 
-    def update(self, r: float, y: Signal, dt_s: float) -> float:
+    def update(
+        self, r: float, y: Signal, dt_s: float, times: Optional[Moment] = None
+    ) -> float:
         """The command for the reference r and the newest output y, of two the
         first; one step, whatever `dt_s` is.
 

@@ -223,6 +223,7 @@ mod tests {
             u: Some(1.0),
             tick: Some(tick),
             outcome: MessageOutcome::Answered,
+            y_seq: None,
         }
     }
 

@@ -69,6 +69,7 @@ fn write_run(folder: &Path) {
             u: Some(u),
             tick: Some(k),
             outcome: MessageOutcome::Answered,
+            y_seq: None,
         });
     }
     let missed = MessageRow {
@@ -83,6 +84,7 @@ fn write_run(folder: &Path) {
         u: None,
         tick: None,
         outcome: MessageOutcome::Missed,
+        y_seq: None,
     };
     messages.push(missed);
     write(&folder.join("ticks.csv"), &ticks);

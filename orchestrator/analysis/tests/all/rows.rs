@@ -211,6 +211,7 @@ fn messages() -> impl Strategy<Value = MessageRow> {
             u,
             tick,
             outcome,
+            y_seq: None,
         }
     })
 }

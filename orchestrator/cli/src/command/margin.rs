@@ -181,6 +181,10 @@ fn notes(system: &System, loops: &[Loop]) -> String {
             notes += &format!("\n`?` at h = {}: {unsure}.", of.h);
         }
     }
+    if system.measures_age() {
+        notes += "\nThe law measures how old an output is. These figures are those of the same law for outputs that are \
+                  always as old as `round_trip` in its file says; a run shows what measuring adds.";
+    }
     if !system.is_single() {
         notes += "\nMargins are where the loop has fewest channels: with two inputs and two outputs, of a change of \
                   both channels at once.";

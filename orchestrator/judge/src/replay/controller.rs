@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use control::{Law, Signals, seconds};
-use endpoint::{Integrate, Late, MessageRow, Mode, Reference, Schedule};
+use control::{AnswerFacts, Law, LawInput, Moment, Signals, seconds};
+use endpoint::{
+    ArrivalOutcome, ArrivalRow, Integrate, Late, MessageRow, Mode, Reference, Schedule,
+};
 use plan::End;
 
 use super::plant::Plant;
@@ -32,8 +34,15 @@ pub(super) fn replay(both: &Both<'_>, plant: &Plant) -> (u64, Option<Other>) {
         reference: both.cell.moving_reference(),
         answers: Answers::of(both),
         last: None,
-        law,
         arrived: both.arrivals.iter().map(|row| (row.seq, row.u)).collect(),
+        rows: rows.clone(),
+        held: if matches!(law, Law::Aged(_)) {
+            HeldCommands::of(both.arrivals)
+        } else {
+            HeldCommands::default()
+        },
+        law,
+        sent: BTreeMap::new(),
         commands: 0,
     };
     let until_ns = both
@@ -67,10 +76,15 @@ struct Controller<'a> {
     law: Law,
     /// The first input of each command that arrived.
     arrived: BTreeMap<u64, f64>,
+    /// In order of their numbers.
+    rows: Vec<&'a MessageRow>,
+    held: HeldCommands,
+    /// The commands so far, with both inputs.
+    sent: BTreeMap<u64, Signals>,
     commands: u64,
 }
 
-impl Controller<'_> {
+impl<'a> Controller<'a> {
     /// Replays a deadline; returns how it differs.
     fn step(&mut self, row: &MessageRow) -> Option<String> {
         let sent_ns = self.last.and_then(|(_, sent_ns)| sent_ns);
@@ -149,9 +163,13 @@ impl Controller<'_> {
                     (Integrate::Elapsed, Some(last_ns)) => seconds(sent_ns.saturating_sub(last_ns)),
                     _ => h_s,
                 };
-                self.law.update(row.r, y, dt_s)
+                let times = self.times(row, sent_ns);
+                self.law.update(row.r, LawInput { y, times }, dt_s)
             }
         };
+        if matches!(self.law, Law::Aged(_)) {
+            self.sent.insert(row.seq, due);
+        }
         let is_rounded =
             self.both.cell.client.is_browser() && settings.integrate == Integrate::Elapsed;
         let off = ELAPSED_SHARE * (1.0 + due.first.abs());
@@ -169,6 +187,35 @@ impl Controller<'_> {
         None
     }
 
+    /// The row of a message, if none is missing before it.
+    fn row(&self, seq: u64) -> Option<&'a MessageRow> {
+        let row = self.rows.get(usize::try_from(seq).ok()?)?;
+        (row.seq == seq).then_some(*row)
+    }
+
+    /// What the law has beside the outputs; only one that measures their age is asked, since older rows do not say
+    /// which answer brought them.
+    fn times(&self, row: &MessageRow, send_ns: u64) -> Option<Moment> {
+        if !matches!(self.law, Law::Aged(_)) {
+            return None;
+        }
+        let brought = row.y_seq.and_then(|seq| self.row(seq));
+        let told = brought.and_then(|brought| {
+            let t_arrive_ns = brought.t_arrive_ns?;
+            let held = self.held.after(brought.seq, t_arrive_ns);
+            let rest = Signals::zeros(self.law.signals().1);
+            Some(AnswerFacts {
+                tick: brought.tick?,
+                u: held
+                    .and_then(|seq| self.sent.get(&seq))
+                    .copied()
+                    .unwrap_or(rest),
+                send_ns: brought.t_send_ns?,
+            })
+        });
+        Some(Moment { send_ns, told })
+    }
+
     /// The outputs from which a command follows: those of a tick whose answer it had, if the row's first output is
     /// that tick's; `None` if no answer brought it by then.
     fn output(&mut self, row: &MessageRow, sent_ns: u64) -> Option<Signals> {
@@ -177,6 +224,12 @@ impl Controller<'_> {
             return Some(y.into());
         }
         let is_it = |shown: &Signals| is_same(shown.first, y);
+        if let Some(brought) = row.y_seq.and_then(|seq| self.row(seq))
+            && let Some(found) = brought.tick.and_then(|tick| self.plant.shown(tick))
+            && is_it(&found)
+        {
+            return self.answers.has(brought, sent_ns).then_some(found);
+        }
         let ticks = self.answers.known(sent_ns);
         let mut shown = ticks.filter_map(|tick| self.plant.shown(tick));
         if let Some(found) = shown.find(is_it) {
@@ -224,10 +277,41 @@ impl Answers {
         self.came[..came].iter().rev().map(|(_, tick)| *tick)
     }
 
+    /// Whether the answer to a message had come by then.
+    fn has(&self, brought: &MessageRow, t_ns: u64) -> bool {
+        let until_ns = t_ns.saturating_add(READ_NS);
+        brought.t_receive_ns.is_some_and(|at_ns| at_ns <= until_ns)
+    }
+
     /// Until when there may have been none.
     fn first_ns(&self) -> u64 {
         self.came
             .first()
             .map_or(u64::MAX, |(at_ns, _)| at_ns.saturating_add(READ_NS))
+    }
+}
+
+/// Which command the plant held after each that arrived.
+#[derive(Default)]
+struct HeldCommands(BTreeMap<(u64, u64), u64>);
+
+impl HeldCommands {
+    fn of(arrivals: &[ArrivalRow]) -> HeldCommands {
+        let mut newest = None;
+        let mut held = BTreeMap::new();
+        for row in arrivals {
+            if row.outcome == ArrivalOutcome::Applied {
+                newest = Some(row.seq);
+            }
+            if let Some(newest) = newest {
+                held.insert((row.seq, row.t_arrive_ns), newest);
+            }
+        }
+        HeldCommands(held)
+    }
+
+    /// The command that was held after this one had arrived at a time; `None` if none was.
+    fn after(&self, seq: u64, t_arrive_ns: u64) -> Option<u64> {
+        self.0.get(&(seq, t_arrive_ns)).copied()
     }
 }

@@ -118,6 +118,7 @@ fn write(lab: &Lab, cell: &Cell, verdict: Verdict) {
         u: None,
         tick: None,
         outcome: MessageOutcome::Answered,
+        y_seq: None,
     });
 
     // Round trips of 3.1, 3.3, 3.2 ms and so on where the link had 3, 3.2, 3.1; one of fifty lost.

@@ -39,7 +39,7 @@ macro_rules! built_in {
 }
 
 /// The built-in systems, by name; the first is the paper's.
-const BUILT_IN: [(&str, &str); 9] = built_in![
+const BUILT_IN: [(&str, &str); 10] = built_in![
     "motor",
     "lag",
     "lag-smith",
@@ -49,6 +49,7 @@ const BUILT_IN: [(&str, &str); 9] = built_in![
     "quadrotor",
     "cart",
     "motor-load",
+    "motor-kalman",
 ];
 
 impl System {
@@ -278,6 +279,12 @@ impl System {
             });
         }
         Ok(())
+    }
+
+    /// Whether its law measures how old an output is. Margins are those for outputs as old as its `round_trip`.
+    #[must_use]
+    pub fn measures_age(&self) -> bool {
+        self.recipe.measures_age()
     }
 
     /// Whether its law estimates the plant's states from the output, with a Kalman filter.

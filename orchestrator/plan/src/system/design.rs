@@ -2,7 +2,7 @@
 //!
 //! `control::law` defines how a client uses them, sum by sum; test vectors check all clients.
 
-use control::{AntiWindup, Discrete, Gains, Saturation, StateSpace};
+use control::{AntiWindup, Discrete, Gains, Noise, Saturation, StateSpace};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -43,6 +43,36 @@ pub enum Design {
         /// The limits of the command.
         limits: Option<Limits>,
     },
+    /// State feedback with a Kalman filter that knows how old each output is.
+    AgedFeedback {
+        /// The plant, sampled.
+        model: Matrices,
+        /// For each input, one gain for each state.
+        gains: Vec<Vec<f64>>,
+        /// For each input, one factor for each reference.
+        reference: Vec<Vec<f64>>,
+        /// The references of the outputs after the first.
+        others: Vec<f64>,
+        /// The limits of the command.
+        limits: Option<Limits>,
+        /// The time between two ticks of the plant.
+        h_ns: u64,
+        /// The filter's noise.
+        noise: NoiseNumbers,
+    },
+}
+
+/// The noise of a filter, as covariances.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NoiseNumbers {
+    /// Of the state when the filter begins: a row for each state.
+    pub covariance: Vec<Vec<f64>>,
+    /// What a tick adds to it: a row for each state.
+    pub drift: Vec<Vec<f64>>,
+    /// Between that and the outputs' noise: for each state, one entry for each output.
+    pub cross: Vec<Vec<f64>>,
+    /// Of the outputs' noise: a row for each output.
+    pub output: Vec<Vec<f64>>,
 }
 
 /// A PID's gains.
@@ -146,6 +176,17 @@ impl From<&StateSpace<Discrete>> for Matrices {
             b: to_rows(system.b()),
             c: to_rows(system.c()),
             d: to_rows(system.d()),
+        }
+    }
+}
+
+impl From<&Noise> for NoiseNumbers {
+    fn from(noise: &Noise) -> Self {
+        Self {
+            covariance: to_rows(&noise.covariance),
+            drift: to_rows(&noise.drift),
+            cross: to_rows(&noise.cross),
+            output: to_rows(&noise.output),
         }
     }
 }

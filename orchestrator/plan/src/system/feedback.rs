@@ -3,13 +3,14 @@
 //! Which law a text asks for, and the round trip that it assumes, is in `law`.
 
 use control::{
-    Discrete, Estimator, InvalidLaw, Law, Saturation, StateFeedback, StateSpace, Weights,
+    AgedFeedback, Discrete, Estimator, InvalidLaw, Law, Saturation, StateFeedback, StateSpace,
+    Weights,
 };
 use nalgebra::DMatrix;
 use text::Diagnostic;
 use toml::Spanned;
 
-use crate::system::design::{Design, Limits, Matrices, to_rows};
+use crate::system::design::{Design, Limits, Matrices, NoiseNumbers, to_rows};
 use crate::system::fault::Source;
 use crate::system::file::{ControllerFile, Rows};
 use crate::system::obstacle::{Obstacle, within};
@@ -22,6 +23,7 @@ const FILTER_TICKS: usize = 300;
 pub(crate) struct Feedback {
     by: Choice,
     estimator: Estimator,
+    age: AgeSource,
     /// The references of the outputs after the first.
     pub(crate) others: Vec<f64>,
     limits: Option<Saturation>,
@@ -33,6 +35,15 @@ enum Choice {
     /// A row for each input.
     Gains(Vec<Vec<f64>>),
     Weights(Weights),
+}
+
+/// How a filter knows how old an output is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum AgeSource {
+    /// It is the round trip that the law is designed for.
+    Assumed,
+    /// The law measures it, by ticks and stamps.
+    Measured,
 }
 
 impl Feedback {
@@ -71,17 +82,27 @@ impl Feedback {
                 disturbance: source.positives("noise.disturbance", &noise.get_ref().disturbance)?,
                 noise: source.positives("noise.measurement", &noise.get_ref().measurement)?,
             },
+            age: match &file.age {
+                Some(word) => age(source, word)?,
+                None => AgeSource::Assumed,
+            },
             others: others.to_vec(),
             limits,
         })
     }
 
-    /// The law for a plant as it is sampled, without its dead time, and the law's numbers; `delay` is that time and
-    /// the round trip, in ticks.
+    /// Whether it measures how old an output is.
+    pub(crate) fn measures(&self) -> bool {
+        self.age == AgeSource::Measured
+    }
+
+    /// The law for a plant as it is sampled every `h_ns`, without its dead time, and the law's numbers; `delay` is
+    /// that time and the round trip, in ticks.
     pub(crate) fn at(
         &self,
         model: &StateSpace<Discrete>,
         delay: usize,
+        h_ns: u64,
     ) -> Result<(Law, Design), Obstacle> {
         let gains = match &self.by {
             Choice::Gains(gains) => from_rows(gains)?,
@@ -96,15 +117,43 @@ impl Feedback {
             self.others.clone(),
             self.limits,
         )?;
-        let design = Design::StateFeedback {
-            model: Matrices::from(model),
-            gains: to_rows(&gains),
-            observer: to_rows(&observer),
-            reference: to_rows(law.reference()),
-            others: self.others.clone(),
-            limits: self.limits.as_ref().map(Limits::from),
+        let (model_rows, gains) = (Matrices::from(model), to_rows(&gains));
+        let (reference, others) = (to_rows(law.reference()), self.others.clone());
+        let limits = self.limits.as_ref().map(Limits::from);
+        if self.age == AgeSource::Assumed {
+            let design = Design::StateFeedback {
+                model: model_rows,
+                gains,
+                observer: to_rows(&observer),
+                reference,
+                others,
+                limits,
+            };
+            return Ok((Law::StateFeedback(law), design));
+        }
+        let noise = self.estimator.noise(model)?;
+        let aged = AgedFeedback::try_new(law, &noise, h_ns)?;
+        let design = Design::AgedFeedback {
+            model: model_rows,
+            gains,
+            reference,
+            others,
+            limits,
+            h_ns,
+            noise: NoiseNumbers::from(&noise),
         };
-        Ok((Law::StateFeedback(law), design))
+        Ok((Law::Aged(Box::new(aged)), design))
+    }
+}
+
+fn age(source: Source, word: &Spanned<String>) -> Result<AgeSource, Diagnostic> {
+    match word.get_ref().as_str() {
+        "assumed" => Ok(AgeSource::Assumed),
+        "measured" => Ok(AgeSource::Measured),
+        other => {
+            let problem = format!("age `{other}` is unknown");
+            Err(source.fault(word, problem, "choose assumed or measured"))
+        }
     }
 }
 

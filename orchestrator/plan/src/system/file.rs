@@ -282,6 +282,10 @@ pub(crate) struct ControllerFile {
     /// state-feedback: the noise that the Kalman filter assumes.
     #[schemars(with = "Option<NoiseFile>")]
     pub(crate) noise: Option<Spanned<NoiseFile>>,
+    /// state-feedback: how the filter knows how old an output is: `assumed` (if not given), by `round_trip`, or
+    /// `measured`, by the plant's ticks and the controller's clock.
+    #[schemars(with = "Option<String>")]
+    pub(crate) age: Option<Spanned<String>>,
     /// The limits of the command.
     #[schemars(with = "Option<LimitsFile>")]
     pub(crate) limits: Option<Spanned<LimitsFile>>,

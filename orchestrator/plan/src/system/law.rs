@@ -46,7 +46,10 @@ const WORDS: [(&str, &[&str]); 4] = [
     ("pid", &["kp", "ki", "kd", "filter"]),
     ("transfer", &["num", "den", "sampling"]),
     ("smith", &["kp", "ki", "kd", "filter", "round_trip"]),
-    (STATE_FEEDBACK, &["gains", "weights", "noise", "round_trip"]),
+    (
+        STATE_FEEDBACK,
+        &["gains", "weights", "noise", "round_trip", "age"],
+    ),
 ];
 
 /// The one law for several inputs and outputs.
@@ -117,10 +120,26 @@ impl Recipe {
                     limits,
                 })
             }
-            _ => Ok(Self::StateFeedback {
-                feedback: Feedback::read(source, asked, others, limits)?,
-                rtt_ns,
-            }),
+            _ => Self::state_feedback(source, asked, plant, (others, limits, rtt_ns)),
+        }
+    }
+
+    fn state_feedback(
+        source: Source,
+        asked: &Spanned<ControllerFile>,
+        plant: &PlantModel,
+        (others, limits, rtt_ns): (&[f64], Option<Saturation>, u64),
+    ) -> Result<Self, Diagnostic> {
+        let feedback = Feedback::read(source, asked, others, limits)?;
+        let dead_time_ns = plant.linear().map_or(0, |plant| plant.dead_time_ns);
+        match &asked.get_ref().age {
+            Some(age) if feedback.measures() && dead_time_ns > 0 => {
+                let problem =
+                    "the plant has a dead time, which a filter with measured ages does not model";
+                let remedy = "use age = \"assumed\", which counts the dead time as a delay";
+                Err(source.fault(age, problem, remedy))
+            }
+            _ => Ok(Self::StateFeedback { feedback, rtt_ns }),
         }
     }
 
@@ -151,6 +170,11 @@ impl Recipe {
     /// Whether it estimates states that are not measured.
     pub(crate) fn has_estimator(&self) -> bool {
         matches!(self, Self::StateFeedback { .. })
+    }
+
+    /// Whether it measures how old an output is.
+    pub(crate) fn measures_age(&self) -> bool {
+        matches!(self, Self::StateFeedback { feedback, .. } if feedback.measures())
     }
 
     /// The law at a sample time, with its numbers. A law that contains a model of the plant needs one.
@@ -198,7 +222,7 @@ impl Recipe {
             Self::StateFeedback { feedback, rtt_ns } => {
                 let plant = modelled("law `state-feedback`")?;
                 let delay = loop_delay_ticks(*rtt_ns, h_ns).get() + plant.delay_ticks;
-                feedback.at(&plant.system, delay)?
+                feedback.at(&plant.system, delay, h_ns)?
             }
         })
     }
@@ -218,6 +242,7 @@ fn given(file: &ControllerFile) -> Vec<&'static str> {
         ("gains", file.gains.is_some()),
         ("weights", file.weights.is_some()),
         ("noise", file.noise.is_some()),
+        ("age", file.age.is_some()),
     ];
     let there = all.into_iter().filter(|(_, is_there)| *is_there);
     there.map(|(word, _)| word).collect()

@@ -89,6 +89,28 @@ impl Estimator {
         model: &StateSpace<Discrete>,
         delay: usize,
     ) -> Result<DMatrix<f64>, InvalidLaw> {
+        let (_, newest) = self.steady(model)?;
+        Ok(predicted(model, &newest, delay.max(1)))
+    }
+
+    /// The covariance of the state before a tick, if the outputs of all ticks before were seen.
+    pub(super) fn covariance(
+        &self,
+        model: &StateSpace<Discrete>,
+    ) -> Result<DMatrix<f64>, InvalidLaw> {
+        let (p, newest) = self.steady(model)?;
+        let n = model.order();
+        let seen = p.rows(n, model.outputs());
+        let covariance = p.view((0, 0), (n, n)) - newest.rows(0, n) * seen.columns(0, n);
+        // Symmetric except for rounding.
+        Ok((&covariance + covariance.transpose()) / 2.0)
+    }
+
+    /// The covariance of state and last output before the output is seen, and by what the filter corrects them.
+    fn steady(
+        &self,
+        model: &StateSpace<Discrete>,
+    ) -> Result<(DMatrix<f64>, DMatrix<f64>), InvalidLaw> {
         length(
             "noise.disturbance",
             &self.disturbance,
@@ -109,7 +131,7 @@ impl Estimator {
             .collect();
         let p = riccati::solve(&a.transpose(), &c.transpose(), &q, &r)?;
         let newest = riccati::corrections(&c, &p, &r)?;
-        Ok(predicted(model, &newest, delay.max(1)))
+        Ok((p, newest))
     }
 }
 
@@ -217,6 +239,11 @@ impl StateFeedback {
         &self.reference
     }
 
+    /// The model of its plant.
+    pub(super) fn model(&self) -> &StateSpace<Discrete> {
+        &self.model
+    }
+
     /// Number of the plant's states and of the delay line's outputs.
     pub(super) fn order(&self) -> usize {
         self.state.len()
@@ -249,15 +276,7 @@ impl StateFeedback {
         }
         // `next` has the corrected state; `state` gets the predicted one.
         let (x, line) = self.next.split_at(n);
-        let mut u = [0.0; Signals::MOST];
-        for (j, u) in u[..m].iter_mut().enumerate() {
-            let mut wanted = self.reference[(j, 0)] * r;
-            for (i, other) in self.others.iter().enumerate() {
-                wanted += self.reference[(j, i + 1)] * other;
-            }
-            let wanted = wanted - dot(&self.by_state[j * n..(j + 1) * n], x);
-            *u = limited(wanted, self.limits.as_ref());
-        }
+        let u = self.commands(r, x);
         let u = &u[..m];
         let mut o = [0.0; Signals::MOST];
         for (k, o) in o[..p].iter_mut().enumerate() {
@@ -284,6 +303,31 @@ impl StateFeedback {
             second: u.get(1).copied(),
         };
         self.output
+    }
+
+    /// The commands for a state, without a step of the filter.
+    pub(super) fn command(&self, r: f64, x: &[f64]) -> Signals {
+        let [first, second] = self.commands(r, x);
+        Signals {
+            first,
+            second: (self.model.inputs() > 1).then_some(second),
+        }
+    }
+
+    /// The command for each input; 0 for one that there is not.
+    #[inline]
+    fn commands(&self, r: f64, x: &[f64]) -> [f64; Signals::MOST] {
+        let (n, m) = (self.model.order(), self.model.inputs());
+        let mut u = [0.0; Signals::MOST];
+        for (j, u) in u[..m].iter_mut().enumerate() {
+            let mut wanted = self.reference[(j, 0)] * r;
+            for (i, other) in self.others.iter().enumerate() {
+                wanted += self.reference[(j, i + 1)] * other;
+            }
+            let wanted = wanted - dot(&self.by_state[j * n..(j + 1) * n], x);
+            *u = limited(wanted, self.limits.as_ref());
+        }
+        u
     }
 
     /// The law as a function of frequency; `None` if its numbers overflow.

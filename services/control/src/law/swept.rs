@@ -57,6 +57,7 @@ impl SweptLaw {
                 h_s,
             },
             Law::StateFeedback(law) => Self::Feedback(Box::new(law.swept()?)),
+            Law::Aged(law) => Self::Feedback(Box::new(law.assumed().swept()?)),
         })
     }
 

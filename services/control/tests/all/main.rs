@@ -1,5 +1,6 @@
 //! The laws of control theory, and agreement with the reference implementations.
 
+mod aged;
 mod border;
 mod design;
 mod drawn;

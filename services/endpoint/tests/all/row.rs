@@ -58,7 +58,7 @@ proptest! {
         prop_assert_eq!(by_hand(&row), by_serde(row));
         let row = MessageRow {
             seq: k, t_due_ns, t_send_ns, t_receive_ns, t_arrive_ns, r: x, y, e: z, u: Some(x), tick: seq,
-            outcome: message,
+            outcome: message, y_seq: t_arrive_ns,
         };
         prop_assert_eq!(by_hand(&row), by_serde(row));
     }

@@ -227,7 +227,7 @@ fn a_session_without_rows_has_no_files() {
         assert_eq!(grant.status, 200, "{grant:?}");
         let grant: serde_json::Value = serde_json::from_str(&grant.body).expect("JSON");
         let token = grant["session"].as_str().expect("a token");
-        let refused = crate::support::post_rows(address, token, 0, "0,5,,,,1,,,,,missed\n");
+        let refused = crate::support::post_rows(address, token, 0, "0,5,,,,1,,,,,missed,\n");
         assert_eq!(refused.status, 409, "{refused:?}");
         assert_eq!(crate::support::end(address, token, "{}").status, 204);
     });

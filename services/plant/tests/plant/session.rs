@@ -19,7 +19,7 @@ use crate::support::{
     with_plant,
 };
 
-const ROW: &str = "0,5,,,,1,,,,,missed";
+const ROW: &str = "0,5,,,,1,,,,,missed,";
 
 fn command(address: SocketAddr, token: &str, query: &str) -> u16 {
     let headers = [("Webloop-Session", token)];
@@ -185,7 +185,7 @@ fn what_is_wrong_with_a_body_is_named_and_nothing_of_it_is_taken() {
             address,
             &token,
             0,
-            &format!("{ROW}\n1,5,6,,,1,,,,,missed\n"),
+            &format!("{ROW}\n1,5,6,,,1,,,,,missed,\n"),
         );
         assert_eq!(refused.status, 400, "{refused:?}");
         assert!(

@@ -238,6 +238,44 @@ fn a_law_looks_past_so_many_ticks_and_no_more() {
 }
 
 #[test]
+fn ages_are_measured_where_no_dead_time_is_and_assumed_where_nothing_is_said() {
+    let kalman = System::built_in("motor-kalman").expect("built in");
+    let measured = System::read(kalman).expect("a system");
+    assert!(measured.measures_age() && measured.has_estimator());
+    let at = measured.at(h("3ms")).expect("a loop");
+    assert!(matches!(at.design, Design::AgedFeedback { h_ns, .. } if h_ns == 3_000_000));
+    for text in [
+        kalman.replace("age = \"measured\"\n", ""),
+        kalman.replace("measured\"", "assumed\""),
+    ] {
+        let assumed = System::read(&text).expect("a system");
+        assert!(!assumed.measures_age());
+        let design = assumed.at(h("3ms")).expect("a loop").design;
+        assert!(matches!(design, Design::StateFeedback { .. }));
+    }
+    for (from, to, told) in [
+        ("\"measured\"", "\"told\"", "age `told` is unknown"),
+        (
+            "[plant]",
+            "[plant]\ndead_time = \"9ms\"",
+            "the plant has a dead time",
+        ),
+        (
+            "\"backward-euler\"",
+            "\"zero-order-hold\"\ndead_time = \"9ms\"",
+            "the plant has a dead time",
+        ),
+    ] {
+        let fault = System::read(&kalman.replace(from, to)).expect_err(to);
+        assert!(fault.to_string().contains(told), "{fault}");
+    }
+    let pid = System::built_in("lag").expect("built in");
+    let fault = System::read(&format!("{pid}\nage = \"measured\"\n")).expect_err("a PID");
+    let told = "`age` is not a key of law `pid`";
+    assert!(fault.to_string().contains(told), "{fault}");
+}
+
+#[test]
 fn gains_can_be_replaced_where_there_are_some() {
     let louder = System::paper()
         .with_gains(Some(0.3), None)

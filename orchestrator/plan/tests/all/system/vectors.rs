@@ -11,7 +11,8 @@
 
 use std::path::Path;
 
-use control::Signals;
+use control::{AnswerFacts, Law, LawInput, Moment, Signals};
+use endpoint::SampleTime;
 use plan::system::System;
 use serde_json::{Value, json};
 
@@ -29,11 +30,52 @@ fn seen() -> Vec<f64> {
     outputs
 }
 
+/// Answers of a loop whose messages come at any time: when a command is sent, and the answer that is the newest then.
+/// Some were seen before, one is older, one comes after a long silence, and one is to a message out of order.
+fn times(k: u64, h_ns: u64, u: Signals) -> Moment {
+    let send_ns = 9_000_000_000 + k * 4 * h_ns + (k * k * 7919) % h_ns;
+    let send_ns = send_ns + if k > 22 { 2_000 * h_ns } else { 0 };
+    let asked = match k {
+        0 | 1 => None,
+        9 => Some(4),
+        16 => Some(14),
+        _ => Some(k - 2 + k % 2),
+    };
+    let told = asked.map(|asked| {
+        let since_ns = asked * 4 * h_ns + (asked * asked * 7919) % h_ns;
+        let since_ns = since_ns + if asked > 22 { 2_000 * h_ns } else { 0 };
+        AnswerFacts {
+            tick: 100 + since_ns / h_ns,
+            u: u.map(|u| if k == 11 { f64::NAN } else { u }),
+            send_ns: 9_000_000_000 + since_ns - if k == 18 { 3 * h_ns } else { 0 },
+        }
+    });
+    Moment { send_ns, told }
+}
+
+/// What a number is in the vectors: JSON has none for some.
+fn shown(x: f64) -> Value {
+    if x.is_finite() {
+        json!(x)
+    } else {
+        json!(x.to_string())
+    }
+}
+
+fn shown_both(signals: Signals) -> Value {
+    match signals.second {
+        None => shown(signals.first),
+        Some(second) => json!([shown(signals.first), shown(second)]),
+    }
+}
+
 fn case(name: &str, text: &str, h: &str) -> Value {
     let system = System::read(text).unwrap_or_else(|fault| panic!("{name}: {fault}"));
-    let own = system.at(h.parse().expect("a sample time")).expect(name);
+    let h: SampleTime = h.parse().expect("a sample time");
+    let own = system.at(h).expect(name);
     let h_s = own.plant.h_s();
     let mut law = own.law;
+    let mut last = Signals::zeros(law.signals().1);
     let (outputs, _) = law.signals();
     let steps: Vec<Value> = seen()
         .into_iter()
@@ -51,19 +93,18 @@ fn case(name: &str, text: &str, h: &str) -> Value {
                 first: y,
                 second: (outputs > 1).then_some(0.5 * y - 0.1),
             };
-            let u = law.update(r, y, dt_s);
-            let shown = |y: f64| {
-                if y.is_finite() {
-                    json!(y)
-                } else {
-                    json!(y.to_string())
-                }
+            let times = match &law {
+                Law::Aged(_) => Some(times(k as u64, h.ns(), last)),
+                _ => None,
             };
-            let y = match y.second {
-                None => shown(y.first),
-                Some(second) => json!([shown(y.first), shown(second)]),
-            };
-            json!({"r": r, "y": y, "dt_s": dt_s, "u": u})
+            let u = law.update(r, LawInput { y, times }, dt_s);
+            last = u;
+            let mut step = json!({"r": r, "y": shown_both(y), "dt_s": dt_s, "u": u});
+            if let Some(Moment { send_ns, told }) = times {
+                let told = told.map(|AnswerFacts { tick, u, send_ns }| json!({"tick": tick, "u": shown_both(u), "send_ns": send_ns}));
+                step["times"] = json!({"send_ns": send_ns, "told": told});
+            }
+            step
         })
         .collect();
     json!({"case": name, "law": own.design, "steps": steps})
@@ -130,6 +171,16 @@ fn the_laws_do_what_their_vectors_say() {
         (
             "two inputs, two outputs, limited",
             format!("{TANKS}{limited} }}"),
+            "20ms",
+        ),
+        (
+            "outputs whose age is measured",
+            built_in("motor-kalman"),
+            "3ms",
+        ),
+        (
+            "outputs whose age is measured, two of them, and two inputs, limited",
+            format!("{TANKS}age = \"measured\"\n{limited} }}"),
             "20ms",
         ),
     ];

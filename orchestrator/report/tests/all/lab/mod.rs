@@ -420,6 +420,7 @@ impl Rows {
             u: None,
             tick: Some(tick),
             outcome: MessageOutcome::Answered,
+            y_seq: None,
         });
     }
 }
