@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::str::from_utf8;
 
-use endpoint::{ArrivalRow, Command, MessageRow, Mode, Request, State, TickRow, checksum};
+use endpoint::{ArrivalRow, Command, MessageRow, Mode, Request, State, TickRow, checksum, datagram, json};
 use endpoint::http::framing::Rest;
 use endpoint::http::{lines, request};
 use link::{Profile, Twist, Way};
@@ -58,7 +58,7 @@ fn state(text: &str) {
     }
 }
 
-/// A command, as a plant reads it, over HTTP or a WebSocket.
+/// A command, as a plant reads it, over HTTP, a WebSocket, TCP or UDP.
 fn command(bytes: &[u8]) {
     let mut socket = WebSocket::from_raw_socket(Cursor::new(bytes.to_vec()), Role::Server, None);
     while let Ok(message) = socket.read() {
@@ -68,6 +68,12 @@ fn command(bytes: &[u8]) {
     }
     if let Ok(text) = from_utf8(bytes) {
         request(text);
+        if let Ok((_, text)) = datagram::read(text) {
+            request(text);
+        }
+    }
+    if let Ok(request) = json::request(bytes) {
+        assert!(request.u.first.is_finite());
     }
 }
 

@@ -215,6 +215,7 @@ fn terms(
         baseline_ms: [baseline.up_ms, baseline.down_ms],
         allowance,
         has_rate: link_check.profile.has_rate(),
+        timeout_ms: settings.timeout_ns as f64 * 1e-6,
         connecting: judge::Connecting::of(cell.client, settings, accepted),
         busy,
         h_ms,

@@ -38,6 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             allowance: Client::Native.spec().allowance,
             connecting: judge::Connecting::Pool { accepted: None },
             has_rate: profile.has_rate(),
+            timeout_ms: 5_000.0,
             busy: judge::Busy::default(),
             h_ms: H_NS as f64 * 1e-6,
             still: Still::default(),

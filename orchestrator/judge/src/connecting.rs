@@ -1,7 +1,7 @@
 //! How a client comes by the connections of its messages: what webloop's own clients are known to do, and what
 //! the plant's count shows of a program of one's own.
 
-use endpoint::{Connection, ControllerSettings, Transport};
+use endpoint::{Carriage, Connection, ControllerSettings};
 use plan::Client;
 
 use crate::limit::WAITERS;
@@ -19,6 +19,8 @@ pub enum Connecting {
     Each,
     /// All messages share one, which was opened in advance.
     Shared,
+    /// No message needs one, and none is sent again: what is lost never comes.
+    None,
     /// A program's own way. Nobody knows which messages opened one, but no more than this did: the plant accepted
     /// no more. `None` where that is not known.
     Own {
@@ -48,11 +50,12 @@ impl Connecting {
             // Its program is not bound by the settings.
             return Connecting::Own { accepted };
         }
-        match (settings.transport, settings.connection) {
-            (Transport::WebSocket, _) => Connecting::Shared,
-            (Transport::Http, Connection::New) => Connecting::Each,
+        match (settings.transport.carriage(), settings.connection) {
+            (Carriage::Stream, _) => Connecting::Shared,
+            (Carriage::Datagrams, _) => Connecting::None,
+            (Carriage::Requests, Connection::New) => Connecting::Each,
             // A browser opens some six to a host, and all other messages wait for these.
-            (Transport::Http, Connection::Keep) => Connecting::Pool {
+            (Carriage::Requests, Connection::Keep) => Connecting::Pool {
                 accepted: accepted.filter(|_| !client.is_browser()),
             },
         }
@@ -61,12 +64,17 @@ impl Connecting {
     /// Whether a connection was opened for a message that found one free, or none.
     pub(crate) fn opened(self, is_free: bool) -> Opened {
         match self {
-            Connecting::Shared => Opened::No,
+            Connecting::Shared | Connecting::None => Opened::No,
             Connecting::Pool { .. } if is_free => Opened::No,
             Connecting::Pool { .. } => Opened::Perhaps,
             Connecting::Each => Opened::Yes,
             Connecting::Own { .. } => Opened::Untold,
         }
+    }
+
+    /// Whether what is lost is sent again.
+    pub(crate) fn resends(self) -> bool {
+        self != Connecting::None
     }
 
     /// Whether it is known how many connections there were, at most, for messages that may have opened one.

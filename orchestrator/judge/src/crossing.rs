@@ -30,6 +30,8 @@ pub(crate) struct Crossing {
     pub(crate) leaves_ns: Option<u64>,
     /// Whether its client opened a connection for it.
     pub(crate) opened: Opened,
+    /// When who receives it does not take it any more, if that is ever.
+    pub(crate) given_up_ns: Option<u64>,
     /// Whether a fault of the link may have broken its connection, or one of an end held it up: then it may be sent
     /// again at any time, or never, and how late it is says nothing.
     pub(crate) is_unsure: bool,
@@ -220,7 +222,10 @@ impl<'a> Held<'a> {
         let enters_ns = crossing.enters_ns;
         // Where a fault loses many packets, which connection is free when is not known so exactly: any message
         // may have waited for one for as long as a handshake takes.
-        if self.way != Way::Up || !self.link.loses_by_fault(self.way, enters_ns) {
+        if self.way != Way::Up
+            || !self.terms.connecting.resends()
+            || !self.link.loses_by_fault(self.way, enters_ns)
+        {
             return false;
         }
         let within_ns = ns(self.sender.enters_within_ms);
@@ -299,7 +304,14 @@ impl<'a> Held<'a> {
         }
         // While the link stalls, a resend waits for the same end of the stall as what was lost.
         let shows = |again_ns| ms(again_ns) - ms(latest_ns) > resent_ms;
-        let would_show = expected.again_ns.is_some_and(shows);
+        // What is not sent again never comes, and that shows if it would have been taken.
+        let resends = self.terms.connecting.resends();
+        let would_show = match resends {
+            true => expected.again_ns.is_some_and(shows),
+            false => crossing
+                .given_up_ns
+                .is_none_or(|t_ns| ms(expected.read_by_ns) + self.slack_ms + LATE_MS < ms(t_ns)),
+        };
         if would_show {
             self.on_lossy(crossing.enters_ns, lossy);
         }
@@ -308,7 +320,7 @@ impl<'a> Held<'a> {
             self.crossed.lost += u64::from(would_show);
             return;
         };
-        if lossy > 0.0 {
+        if lossy > 0.0 && resends {
             self.crossed.lost += u64::from(would_show && kept.is_resent);
             return;
         }

@@ -108,6 +108,7 @@ mod tests {
             allowance: client.spec().allowance,
             connecting: Connecting::Pool { accepted: None },
             has_rate: false,
+            timeout_ms: 5_000.0,
             busy: Busy::default(),
             h_ms: 1.0,
             still: Still::default(),

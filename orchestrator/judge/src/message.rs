@@ -46,6 +46,7 @@ pub fn hold(messages: &[MessageRow], arrivals: &[ArrivalRow], terms: &Terms) -> 
             enters_ns: row.t_send_ns?,
             leaves_ns: recorded.arrive_ns(row),
             opened: opening.opened,
+            given_up_ns: None,
             is_unsure: opening.is_unsure,
         })
     });
@@ -61,6 +62,9 @@ pub fn hold(messages: &[MessageRow], arrivals: &[ArrivalRow], terms: &Terms) -> 
                 enters_ns: recorded.arrive_ns(row)?,
                 leaves_ns: row.t_receive_ns,
                 opened: Opened::No,
+                given_up_ns: row
+                    .t_send_ns
+                    .map(|t_ns| t_ns.saturating_add(ns(terms.timeout_ms))),
                 is_unsure: opening.is_unsure,
             })
         })

@@ -50,6 +50,8 @@ pub struct Terms {
     pub connecting: Connecting,
     /// Whether the link has a rate limit.
     pub has_rate: bool,
+    /// When a client gives a message up, after its sending, ms: what comes later is not taken.
+    pub timeout_ms: f64,
     /// How busy the machine was, by what no link can touch.
     pub busy: Busy,
     /// Sample time, ms; it says how many messages wait in a stall.
@@ -382,6 +384,7 @@ mod tests {
             allowance: client.spec().allowance,
             connecting: Connecting::Pool { accepted: None },
             has_rate: false,
+            timeout_ms: 5_000.0,
             busy: Busy::default(),
             h_ms: 10.0,
             still: Still::default(),

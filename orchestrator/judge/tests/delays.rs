@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 use endpoint::{
     ArrivalRow, Connection, ControllerSettings, MessageOutcome, MessageRow, Outstanding, TickRow,
+    Transport,
 };
 use judge::{Busy, Connecting, Hits, LinkFault, Still, Terms};
 use link::{Profile, Timeline, Way};
@@ -48,6 +49,10 @@ enum Delayed {
     Share(f64, f64, &'static [Way]),
     /// The first packet of each handshake.
     Syn(f64),
+    /// None, but this share of the answers never comes.
+    Lost(f64),
+    /// None, but a message is given up soon.
+    Impatient,
 }
 
 #[derive(Default)]
@@ -85,6 +90,7 @@ struct Kind {
     h: &'static str,
     who: Who,
     connection: Connection,
+    transport: Transport,
     delayed: Delayed,
 }
 
@@ -114,7 +120,12 @@ impl Kind {
         };
         let settings = ControllerSettings {
             connection: self.connection,
+            transport: self.transport,
             outstanding,
+            timeout_ns: match self.delayed {
+                Delayed::Impatient => 30 * MS,
+                _ => cell.settings.timeout_ns,
+            },
             ..cell.settings
         };
         Cell {
@@ -186,6 +197,7 @@ impl Kind {
             allowance: cell.client.spec().allowance,
             connecting: Connecting::of(cell.client, &cell.settings, Some(outcome.connections)),
             has_rate: false,
+            timeout_ms: cell.settings.timeout_ns as f64 * 1e-6,
             busy: Busy::of(Some(&watched), &[], &[]),
             h_ms,
             still: Still::default(),
@@ -218,6 +230,12 @@ impl Kind {
             let down_ns = packets(Way::Down, 1);
             row.t_arrive_ns = row.t_arrive_ns.map(|t_ns| t_ns + up_ns);
             row.t_receive_ns = row.t_receive_ns.map(|t_ns| t_ns + up_ns + down_ns);
+            if let Delayed::Lost(share) = self.delayed
+                && row.t_receive_ns.is_some()
+                && draws.is_within(share)
+            {
+                (row.t_receive_ns, row.outcome) = (None, MessageOutcome::Timeout);
+            }
         }
         let of_seq: BTreeMap<u64, u64> = rows
             .messages
@@ -239,7 +257,8 @@ impl Kind {
             };
             let link = links[*seed as usize % links.len()];
             let faults = self.faults(link, 1_000 + seed);
-            if self.delayed == Delayed::Nothing && !faults.is_empty() {
+            let is_clean = matches!(self.delayed, Delayed::Nothing | Delayed::Impatient);
+            if is_clean && !faults.is_empty() {
                 println!("{:?} {link} {seed}: {faults:?}", self.who);
             }
             !faults.is_empty()
@@ -267,6 +286,7 @@ fn at_most_one_clean_run_in_a_hundred_is_called_delayed_whoever_sends() {
                 h: "10ms",
                 who,
                 connection,
+                transport: Transport::Http,
                 delayed: Delayed::Nothing,
             };
             let found = kind.found(CLEAN);
@@ -275,6 +295,47 @@ fn at_most_one_clean_run_in_a_hundred_is_called_delayed_whoever_sends() {
         }
     }
     assert!(all * 100 <= 8 * CLEAN, "{all} of {}", 8 * CLEAN);
+}
+
+#[test]
+fn whatever_carries_them_clean_messages_are_not_called_delayed_and_delayed_or_lost_ones_are() {
+    for transport in [
+        Transport::Json,
+        Transport::Tcp,
+        Transport::Udp,
+        Transport::WebSocket,
+    ] {
+        let clean = Kind {
+            h: "10ms",
+            who: Who::Webloop(Client::Native),
+            connection: Connection::Keep,
+            transport,
+            delayed: Delayed::Nothing,
+        };
+        let found = clean.found(CLEAN);
+        println!("{transport}: {found} of {CLEAN} clean");
+        assert!(found <= 1, "{transport}: {found} of {CLEAN}");
+        let delayed = Delayed::Share(0.2, 5.0, UP);
+        let found = Kind { delayed, ..clean }.found(20);
+        assert!(found >= 19, "{transport}: {found} of 20");
+    }
+    // Nothing that is not sent again is lost on a machine.
+    let lost = Kind {
+        h: "10ms",
+        who: Who::Webloop(Client::Native),
+        connection: Connection::Keep,
+        transport: Transport::Udp,
+        delayed: Delayed::Lost(0.1),
+    };
+    let found = lost.found(20);
+    assert_eq!(found, 20, "lost");
+    // An answer that came too late to be taken was not lost.
+    let impatient = Kind {
+        delayed: Delayed::Impatient,
+        ..lost
+    };
+    let found = impatient.found(CLEAN);
+    assert!(found <= 1, "impatient: {found} of {CLEAN}");
 }
 
 const UP: &[Way] = &[Way::Up];
@@ -297,6 +358,7 @@ fn a_twentieth_of_all_messages_delayed_by_a_millisecond_is_found_of_webloop_s_ow
                         h: "3ms",
                         who,
                         connection,
+                        transport: Transport::Http,
                         delayed,
                     }
                     .found(TIMES);
@@ -326,6 +388,7 @@ fn each_kind_that_was_complete_before_is_found_in_twenty_of_twenty_runs() {
             h: "10ms",
             who: native,
             connection,
+            transport: Transport::Http,
             delayed,
         }
         .found(20);
@@ -343,6 +406,7 @@ fn what_is_said_to_show_is_found_whoever_sends() {
             h: "10ms",
             who,
             connection: Connection::Keep,
+            transport: Transport::Http,
             delayed: Delayed::Nothing,
         };
         let found = (0..20).filter(|seed| {
@@ -371,6 +435,7 @@ fn what_python_a_page_and_a_program_of_one_s_own_do_not_explain_is_found_of_them
                 h: "10ms",
                 who,
                 connection,
+                transport: Transport::Http,
                 delayed,
             }
             .found(20);

@@ -135,6 +135,7 @@ fn judged_on(
         allowance: client.spec().allowance,
         connecting: judge::Connecting::Pool { accepted: None },
         has_rate: profile.has_rate(),
+        timeout_ms: 5_000.0,
         busy: judge::Busy::default(),
         h_ms: (rows.0[1].t_due_ns - rows.0[0].t_due_ns) as f64 * 1e-6,
         still,

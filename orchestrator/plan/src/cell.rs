@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::system::System;
 use endpoint::{
     Clock, ControllerSettings, Hold, Lease, NoiseLaw, PageSettings, PlantSettings, Preset,
-    Reference, SampleTime, Shape, TickNoise,
+    Reference, SampleTime, Shape, TickNoise, Transport,
 };
 use link::LinkTime;
 use schemars::JsonSchema;
@@ -128,6 +128,7 @@ impl Cell {
             clock: _,
             lease,
             check: _,
+            udp: _,
             tick_noise,
         } = *plant;
         Cell {
@@ -269,6 +270,7 @@ impl Cell {
             },
             lease: self.lease,
             check: false,
+            udp: self.settings.transport == Transport::Udp,
             tick_noise: self.tick_noise.map(|law| TickNoise { law, seed }),
         }
     }

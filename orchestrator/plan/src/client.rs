@@ -7,7 +7,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use endpoint::report::Engine;
-use endpoint::{Preset, Transport};
+use endpoint::{ControllerSettings, InvalidSetting, Lease, Preset, Transport};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -265,12 +265,34 @@ impl Client {
         self.spec().engine.is_some()
     }
 
+    /// Checks whether it can follow these settings of a controller whose plant has this lease. A program of one's own
+    /// is told them, and may say that it cannot.
+    ///
+    /// # Errors
+    /// [`InvalidSetting`], which names the setting to change.
+    pub fn check(self, settings: &ControllerSettings, lease: Lease) -> Result<(), InvalidSetting> {
+        settings.check()?;
+        if lease == Lease::Token {
+            settings.check_session()?;
+        }
+        match self {
+            Client::Native | Client::Own(_) => Ok(()),
+            Client::Python | Client::Chromium | Client::Firefox => {
+                settings.check_for(&format!("client `{}`", self.name()))
+            }
+        }
+    }
+
     /// Mean length of a message's IP packets up and down, bytes; see [`ClientSpec::http_bytes`].
     #[must_use]
     pub fn message_bytes(self, transport: Transport) -> [u32; 2] {
         match transport {
-            Transport::WebSocket => [112, 139],
             Transport::Http => self.spec().http_bytes,
+            // Only the native client has these three. Counted by the player of buccoo, beside the other two.
+            Transport::Json => [239, 283],
+            Transport::Tcp => [107, 138],
+            Transport::Udp => [94, 113],
+            Transport::WebSocket => [112, 139],
         }
     }
 

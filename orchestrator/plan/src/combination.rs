@@ -87,7 +87,9 @@ impl Reader<'_> {
     ) -> Result<Cell, Diagnostic> {
         let preset = common.preset.unwrap_or(client.spec().preset);
         let (settings, plant) = self.settings(common, preset, system, rate)?;
-        let suits = settings.check().and_then(|()| system.check(&settings));
+        let suits = client
+            .check(&settings, plant.lease)
+            .and_then(|()| system.check(&settings));
         suits.map_err(|invalid| {
             let place = common.chosen.get(invalid.name).unwrap_or(named);
             self.invalid(place, invalid.problem, invalid.remedy)

@@ -209,7 +209,7 @@ impl Plan {
             (Some(_), false) => return Err(UnsoundCell::Page),
             (None, true) => return Err(UnsoundCell::NoPage),
         };
-        page.and_then(|()| cell.settings.check())
+        page.and_then(|()| cell.client.check(&cell.settings, cell.lease))
             .map_err(|invalid| UnsoundCell::Setting(invalid.to_string()))
     }
 }

@@ -284,6 +284,12 @@ impl Connections {
         }
     }
 
+    /// Whether the message or its answer was lost.
+    pub(crate) fn has_lost(&self, id: Id) -> bool {
+        let connection = &self.all[id as usize];
+        connection.request_lost || connection.answer_lost
+    }
+
     /// Whether the client acknowledges an answer on this connection at once, with a packet of its own.
     #[inline]
     pub(crate) fn acknowledges_at_once(&self, id: Id) -> bool {

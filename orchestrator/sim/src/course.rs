@@ -13,8 +13,8 @@ mod resending;
 use std::collections::VecDeque;
 
 use endpoint::{
-    Clock, Command, Connection, ControllerEnd, Mode, Model, Next, Outstanding, PlantEnd,
-    PlantSettings, Transport,
+    Carriage, Clock, Command, Connection, ControllerEnd, Mode, Model, Next, Outstanding, PlantEnd,
+    PlantSettings,
 };
 use link::Way;
 use rand_chacha::ChaCha8Rng;
@@ -102,8 +102,9 @@ struct Course<'a, R, M> {
     /// The link's seed, which also draws when echoes are sent.
     seed: u64,
     connections: Connections,
-    /// With one connection for all messages, the entries of `connections` are places on it.
+    /// With one connection for all messages, or none, the entries of `connections` are places of messages.
     stream: Option<Stream>,
+    carriage: Carriage,
     queue: Queue<(Id, Packet), Event>,
     terms: VecDeque<Term>,
     random: ChaCha8Rng,
@@ -130,7 +131,13 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
         }
         let settings = setup.settings;
         let (controller, plant) = ends(setup)?;
-        let stream = (settings.transport == Transport::WebSocket).then(|| {
+        let carriage = settings.transport.carriage();
+        if carriage == Carriage::Datagrams
+            && let Some(fault) = setup.profile.duplicates()
+        {
+            return Err(Unfit::Twice(fault));
+        }
+        let stream = (carriage == Carriage::Stream).then(|| {
             let waits = settings.outstanding == Outstanding::ONE;
             Stream::new((!waits).then(|| settings.h.ns()))
         });
@@ -154,16 +161,17 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
             frozen: setup.frozen.map(Frozen),
             seed: setup.seed,
             connections: Connections::new(
-                match stream {
-                    None => settings.connection,
+                match carriage {
+                    Carriage::Requests => settings.connection,
                     // Each message has a place of its own.
-                    Some(_) => Connection::New,
+                    Carriage::Stream | Carriage::Datagrams => Connection::New,
                 },
                 setup.pool,
                 // On one connection for all messages, other packets reveal a loss.
-                stream.is_none() && !setup.profile.treats_packets_alike(),
+                carriage == Carriage::Requests && !setup.profile.treats_packets_alike(),
             ),
             stream,
+            carriage,
             queue: Queue::new(),
             terms: VecDeque::new(),
             random: ChaCha8Rng::seed_from_u64(setup.seed),
@@ -335,9 +343,9 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
     #[inline]
     fn sends(&mut self, command: &Command, now_ns: u64) {
         self.client_free_ns = now_ns + u64::from(self.timing.send_ns);
-        let carrier = match self.stream {
-            None => self.connections.take(now_ns),
-            Some(_) => Some(self.connections.place(now_ns)),
+        let carrier = match self.carriage {
+            Carriage::Requests => self.connections.take(now_ns),
+            Carriage::Stream | Carriage::Datagrams => Some(self.connections.place(now_ns)),
         };
         self.terms.push_back(Term {
             end_ns: now_ns.saturating_add(self.timeout_ns),

@@ -113,6 +113,11 @@ pub enum Unfit {
         "the link's fault `{0}` breaks connections, which virtual time has no model of: use --backend netns or compose"
     )]
     Fault(&'static str),
+    /// The link has a fault of this name, which makes two datagrams of one.
+    #[error(
+        "the link's fault `{0}` makes two datagrams of one, which virtual time has no model of: use --backend netns or compose, or transport tcp"
+    )]
+    Twice(&'static str),
 }
 
 /// Link time 0 is 1 s after virtual time 0.

@@ -34,7 +34,10 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
     let plant = plant::Config {
         listen: "127.0.0.1:0".parse()?,
         hosts: Vec::new(),
-        settings: PlantSettings::new(h),
+        settings: PlantSettings {
+            udp: transport == Transport::Udp,
+            ..PlantSettings::new(h)
+        },
         law: None,
         reference: None,
         out: folder.path().to_owned(),

@@ -18,7 +18,7 @@ use tokio::runtime::LocalOptions;
 
 use crate::{
     config::{Config, DriveError},
-    transport::{Address, Ended, ExchangeError, Http, Pool, Transport, WebSocket},
+    transport::{Address, Ended, ExchangeError, Http, Pool, Tcp, Transport, Udp, WebSocket},
 };
 
 /// Just below the plant's ticker, like the plant's own HTTP thread.
@@ -53,12 +53,20 @@ pub fn drive_until(
 ) -> Result<report::Native, DriveError> {
     let settings = &config.settings;
     settings.check()?;
+    if config.claim {
+        settings.check_session()?;
+    }
+    if config.check {
+        settings.check_checksum()?;
+    }
     let address = Address::parse(&config.plant)?;
     let http = Http::new(Pool::new(&address, config), config);
     match settings.transport {
-        endpoint::Transport::Http => drive_by(http, config, stop),
+        endpoint::Transport::Http | endpoint::Transport::Json => drive_by(http, config, stop),
+        endpoint::Transport::Tcp => drive_by(Tcp::conduit(http, &address, config), config, stop),
+        endpoint::Transport::Udp => drive_by(Udp::new(http, &address, config), config, stop),
         endpoint::Transport::WebSocket => {
-            drive_by(WebSocket::try_new(http, &address, config)?, config, stop)
+            drive_by(WebSocket::conduit(http, &address, config)?, config, stop)
         }
     }
 }

@@ -1,16 +1,24 @@
 //! Sends commands and receives their answers.
 //!
 //! [`Transport`] is the interface: the loop does not know what carries its messages. [`Http`] sends
-//! each as a request, [`WebSocket`] uses one socket for all. Both use the plant's [`Address`], and a [`session`]
+//! each as a request, with its command in the query or in a body of JSON. [`WebSocket`] and [`Tcp`] use one connection
+//! for all, a [`conduit`], and [`Udp`] none. All use the plant's [`Address`], and but for the last a [`session`]
 //! where the plant is to be claimed.
 
+mod conduit;
+mod datagram;
 mod error;
 mod http;
+mod line;
 mod session;
+mod under_way;
 mod websocket;
+mod wording;
 
+pub(crate) use datagram::Udp;
 pub(crate) use error::ExchangeError;
 pub(crate) use http::{Http, Pool};
+pub(crate) use line::Tcp;
 pub(crate) use websocket::WebSocket;
 
 use std::{

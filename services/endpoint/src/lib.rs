@@ -1,7 +1,8 @@
 //! Both ends of the control loop, without the network between them.
 //!
 //! * [`Command`], [`Request`], [`State`], [`Acknowledgement`], [`Observation`]: the messages between the
-//!   ends, and their text form ([`message`], [`query`]), which may end with a [`checksum`].
+//!   ends, and their text form ([`message`], [`query`]), which may end with a [`checksum`], stand in a [`datagram`],
+//!   or be an object ([`mod@json`]).
 //! * [`ControllerEnd`] and [`PlantEnd`]: what each end does, as state machines that get the time as
 //!   an argument ([`controller`], [`plant`]). A plant steps a [`Model`], which may have
 //!   [`Surroundings`]. `age` tells which command is too old.
@@ -21,10 +22,12 @@
 mod age;
 pub mod checksum;
 pub mod controller;
+pub mod datagram;
 pub mod field;
 pub mod hold;
 pub mod host;
 pub mod http;
+pub mod json;
 pub mod message;
 pub mod model;
 pub mod noise;
@@ -57,8 +60,8 @@ pub use reference::{InvalidReference, Reference, Shape};
 pub use row::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, SecondRow, TickRow};
 pub use sample_time::{InvalidSampleTime, SampleTime};
 pub use setting::{
-    Clock, Connection, ControllerSettings, Integrate, Late, Lease, Mode, Outstanding, Schedule,
-    Transport,
+    Carriage, Clock, Connection, ControllerSettings, Integrate, Late, Lease, Mode, Outstanding,
+    Schedule, Transport,
 };
 pub use surroundings::{Disturbance, Surrounded, Surroundings};
 pub use text::column::UnknownWord;

@@ -3,8 +3,8 @@
 //! On the wire a message is a URI-encoded query, as in the paper: `seq=7&t_send_ns=1200000&u=0.35`.
 //! `Display` writes that form and `FromStr` reads it strictly ([`crate::query`]). Where a plant has two inputs
 //! or outputs, both stand in one field: `u=0.35,0.1`. Numbers are written
-//! with the fewest digits that read back to the same f64. A client may request the same fields as a
-//! JSON object (serde). An output that is no longer finite is written as `inf` or `NaN`, which the
+//! with the fewest digits that read back to the same f64. A client may send and request the same fields as a
+//! JSON object ([`mod@crate::json`]). An output that is no longer finite is written as `inf` or `NaN`, which the
 //! reader rejects.
 
 use std::{fmt, str::FromStr};
@@ -140,12 +140,18 @@ impl Answer {
             Mode::Closed => Self::State(text.parse()?),
             Mode::Open => Self::Acknowledgement(text.parse()?),
         };
-        if answer.seq() == command.seq {
-            Ok(answer)
+        answer.to(command)
+    }
+
+    /// The answer, if it is one to `command`.
+    #[inline]
+    pub(crate) fn to(self, command: &Command) -> Result<Self, InvalidMessage> {
+        if self.seq() == command.seq {
+            Ok(self)
         } else {
             Err(InvalidMessage::OtherCommand {
                 asked: command.seq,
-                got: answer.seq(),
+                got: self.seq(),
             })
         }
     }

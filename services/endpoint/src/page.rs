@@ -66,6 +66,7 @@ impl PageSettings {
     /// # Errors
     /// [`InvalidSetting`], which names the setting to change.
     pub fn check(&self, settings: &ControllerSettings) -> Result<(), InvalidSetting> {
+        settings.check_for("a page")?;
         let blocking = settings.outstanding == Outstanding::ONE;
         let http = settings.transport == Transport::Http;
         let relative = settings.schedule == Schedule::Relative;
@@ -149,6 +150,14 @@ mod tests {
                 page(Thread::Main, Sender::Fetch, Timer::Interval),
                 many,
                 "interval",
+            ),
+            (
+                page(Thread::Worker, Sender::Fetch, Timer::Wait),
+                ControllerSettings {
+                    transport: Transport::Udp,
+                    ..many
+                },
+                "udp",
             ),
         ] {
             let conflict = page.check(&settings).expect_err(word).to_string();

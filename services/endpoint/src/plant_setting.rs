@@ -31,6 +31,8 @@ pub enum Concern {
     Commands,
     /// When its machine lets it tick.
     Machine,
+    /// By what ways it is reached, beside HTTP.
+    Reach,
 }
 
 /// Everything that the plant's end is set up with.
@@ -56,6 +58,9 @@ pub struct PlantSettings {
     /// Whether every command needs a checksum.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub check: bool,
+    /// Whether it takes commands by UDP too, at the same port.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub udp: bool,
     /// How late it ticks by its own machine; `None` is as punctual as it can be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick_noise: Option<TickNoise>,
@@ -73,6 +78,7 @@ impl PlantSettings {
             clock: Clock::Own,
             lease: Lease::None,
             check: false,
+            udp: false,
             tick_noise: None,
         }
     }
@@ -164,6 +170,12 @@ impl PlantSettings {
             concern: Concern::Commands,
         },
         PlantField {
+            option: word_field!(udp, "Take commands by UDP too, at the same port: a datagram each", "", false),
+            // It follows from the transport.
+            list: None,
+            concern: Concern::Reach,
+        },
+        PlantField {
             option: Field {
                 name: "tick_noise",
                 about: "Law of each tick's extra delay, like \"uniform 3ms\" or \"normal 1ms\"",
@@ -194,6 +206,7 @@ mod tests {
             ("max_age", "50ms"),
             ("clock", "shared"),
             ("check", "true"),
+            ("udp", "true"),
             ("tick_noise", "uniform 3ms"),
         ] {
             let field = PlantSettings::FIELDS
@@ -234,13 +247,14 @@ mod tests {
             "shared",
             "none",
             "true",
+            "true",
             "normal 1ms",
         ]) {
             let mut other = settings;
             assert_eq!(option.read(&mut other, text), Ok(()));
             assert_eq!(
                 other.is_safe(),
-                *concern == Concern::Machine,
+                *concern != Concern::Commands,
                 "{}",
                 option.name
             );

@@ -82,6 +82,12 @@ pub enum InvalidMessage {
         /// Its value, shortened.
         value: String,
     },
+    /// The text is not the message as a JSON object.
+    #[error("not a message in JSON: {why}; write it like {{\"seq\":7,\"u\":0.35}}")]
+    Json {
+        /// What is wrong, and where.
+        why: String,
+    },
     /// The message is not the one that was sent.
     #[error("checksum mismatch (`crc` {told}, computed {own}): the message was altered on its way")]
     Checksum {

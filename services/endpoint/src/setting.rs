@@ -94,10 +94,27 @@ text::choice!(
     Transport, "transport", {
         /// A request a message.
         Http = "http",
+        /// A request a message, which has its command in a body of JSON.
+        Json = "json",
+        /// One bare TCP connection for all messages, each a line in it.
+        Tcp = "tcp",
+        /// A datagram a message, which nobody sends again.
+        Udp = "udp",
         /// One WebSocket for all messages, each a text in it.
         WebSocket = "websocket",
     }
 );
+
+/// What messages have in common on their way, whatever a transport's bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Carriage {
+    /// Each is a request and its answer, on a connection that carries no other meanwhile.
+    Requests,
+    /// All follow each other on one connection.
+    Stream,
+    /// Each goes for itself, without a connection. What is lost never comes.
+    Datagrams,
+}
 
 impl Default for Mode {
     /// A closed loop, the subject of the experiments.
@@ -143,6 +160,24 @@ impl Default for Transport {
     /// The transport of plans from before there was a choice, which name none.
     fn default() -> Self {
         Self::Http
+    }
+}
+
+impl Transport {
+    /// How its messages are carried.
+    #[must_use]
+    pub fn carriage(self) -> Carriage {
+        match self {
+            Self::Http | Self::Json => Carriage::Requests,
+            Self::Tcp | Self::WebSocket => Carriage::Stream,
+            Self::Udp => Carriage::Datagrams,
+        }
+    }
+
+    /// Whether webloop's native controller alone has it, and not those in Python and in a browser.
+    #[must_use]
+    pub fn is_native_only(self) -> bool {
+        matches!(self, Self::Json | Self::Tcp | Self::Udp)
     }
 }
 
@@ -307,14 +342,73 @@ impl ControllerSettings {
     /// # Errors
     /// [`InvalidSetting`], which names the setting to change.
     pub fn check(&self) -> Result<(), InvalidSetting> {
-        if self.transport == Transport::WebSocket && self.connection == Connection::New {
-            return Err(InvalidSetting {
-                name: "connection",
-                problem: "a websocket is one connection for all messages".to_owned(),
-                remedy: "use connection keep, or transport http",
-            });
+        if self.connection == Connection::Keep {
+            return Ok(());
         }
-        Ok(())
+        let problem = match self.transport.carriage() {
+            Carriage::Requests => return Ok(()),
+            Carriage::Stream => format!(
+                "transport `{}` is one connection for all messages",
+                self.transport
+            ),
+            Carriage::Datagrams => format!("transport `{}` has no connections", self.transport),
+        };
+        Err(InvalidSetting {
+            name: "connection",
+            problem,
+            remedy: "use connection keep, or transport http or json",
+        })
+    }
+
+    /// Checks whether a client that is none of webloop's native ones can follow these settings; `client` is what it
+    /// is called.
+    ///
+    /// # Errors
+    /// [`InvalidSetting`], which names the transport.
+    pub fn check_for(&self, client: &str) -> Result<(), InvalidSetting> {
+        if !self.transport.is_native_only() {
+            return Ok(());
+        }
+        Err(InvalidSetting {
+            name: "transport",
+            problem: format!("{client} has no transport `{}`", self.transport),
+            remedy: "use http or websocket, or the client native",
+        })
+    }
+
+    /// Checks whether a message can have a session, as the lease `token` asks.
+    ///
+    /// # Errors
+    /// [`InvalidSetting`], which names the transport.
+    pub fn check_session(&self) -> Result<(), InvalidSetting> {
+        if self.transport.carriage() != Carriage::Datagrams {
+            return Ok(());
+        }
+        Err(InvalidSetting {
+            name: "transport",
+            problem: format!(
+                "over transport `{}` a command has no session",
+                self.transport
+            ),
+            remedy: "use lease none or address, or another transport",
+        })
+    }
+}
+
+impl ControllerSettings {
+    /// Checks whether a message can have a checksum.
+    ///
+    /// # Errors
+    /// [`InvalidSetting`], which names the transport.
+    pub fn check_checksum(&self) -> Result<(), InvalidSetting> {
+        if self.transport != Transport::Json {
+            return Ok(());
+        }
+        Err(InvalidSetting {
+            name: "transport",
+            problem: "over transport `json` a command has no checksum".to_owned(),
+            remedy: "leave out check, or use another transport",
+        })
     }
 }
 
@@ -322,7 +416,7 @@ impl ControllerSettings {
 impl ControllerSettings {
     /// The settings that an experiment may choose for any client.
     pub const FIELDS: &[Field<Self>] = &[
-        word_field!(transport, "http or websocket", "TRANSPORT", true),
+        word_field!(transport, "http, json, tcp, udp or websocket; in Python and in a browser http or websocket", "TRANSPORT", true),
         word_field!(outstanding, "Requests under way: a number, or unlimited", "N", false),
         word_field!(connection, "keep or new", "CONNECTION", false),
         word_field!(schedule, "absolute, relative or since-send", "SCHEDULE", true),

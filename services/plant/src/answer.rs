@@ -81,17 +81,41 @@ pub(crate) struct Short {
     body: String,
 }
 
+/// The form in which a client wants a message.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum AnswerForm {
+    Query,
+    Json,
+}
+
+impl AnswerForm {
+    /// That of a request with these lines.
+    pub(crate) fn of(lines: Lines<'_>) -> Self {
+        if is_json(lines.all("accept")) {
+            Self::Json
+        } else {
+            Self::Query
+        }
+    }
+}
+
 impl Short {
     /// The message for a request with these lines; `text` is the message as a query.
     pub(crate) fn new(message: &impl Serialize, text: String, lines: Lines<'_>) -> Self {
-        if is_json(lines.all("accept")) {
-            let kind = JSON;
-            let body = json(message);
-            return Self { kind, body };
-        }
-        Self {
-            kind: FORM,
-            body: text,
+        Self::in_form(message, text, AnswerForm::of(lines))
+    }
+
+    /// The message in a form; `text` is the message as a query.
+    pub(crate) fn in_form(message: &impl Serialize, text: String, form: AnswerForm) -> Self {
+        match form {
+            AnswerForm::Json => Self {
+                kind: JSON,
+                body: json(message),
+            },
+            AnswerForm::Query => Self {
+                kind: FORM,
+                body: text,
+            },
         }
     }
 

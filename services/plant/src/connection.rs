@@ -11,6 +11,7 @@ use std::{
     io::{self, ErrorKind},
     mem::MaybeUninit,
     net::IpAddr,
+    ops::ControlFlow,
     pin::Pin,
     rc::Rc,
     task::{Context, Poll, ready},
@@ -24,6 +25,7 @@ use endpoint::http::{
     lines,
     request::{self, Framing, Malformed},
 };
+use endpoint::query::MAX_BYTES;
 use hyper::{Response, body::Bytes, header};
 use tokio::{
     io::{AsyncRead, AsyncWriteExt, ReadBuf},
@@ -34,10 +36,12 @@ use tokio::{
 
 use crate::{
     answer::written,
+    conversation::Opening,
     handler::Handler,
+    line,
     place::Place,
     refusal::Refusal,
-    route::Reply,
+    route::{Posted, Reply},
     shared::{Shared, WITHIN},
     socket,
     turn::Turn,
@@ -73,9 +77,13 @@ pub(crate) async fn serve(stream: TcpStream, peer: IpAddr, shared: &Rc<Shared>, 
     };
     // If a connection ends badly, only its client is affected, and the client's rows show it.
     match connection.converse(shared, place).await {
-        Ok(Some(opening)) => {
+        Ok(Some(Becomes::Socket(opening))) => {
             let Connection { stream, bytes, .. } = connection;
             return Box::pin(socket::serve(stream, bytes, opening, shared, place)).await;
+        }
+        Ok(Some(Becomes::Lines)) => {
+            let Connection { stream, bytes, .. } = connection;
+            return Box::pin(line::serve(stream, bytes, peer, shared, place)).await;
         }
         Ok(None) => {}
         Err(error) => tracing::debug!(%error, "connection ended"),
@@ -87,75 +95,108 @@ pub(crate) async fn serve(stream: TcpStream, peer: IpAddr, shared: &Rc<Shared>, 
 }
 
 impl Connection {
-    /// Answers requests until the last one; returns the opening of a socket, if it becomes one.
+    /// Answers requests until the last one; returns what the connection becomes, if that is another than HTTP's.
     async fn converse(
         &mut self,
         shared: &Rc<Shared>,
         place: &Place,
-    ) -> io::Result<Option<socket::Opening>> {
+    ) -> io::Result<Option<Becomes>> {
+        let mut is_first = true;
         loop {
-            let (asked, mut turn) = match self.head(shared, place).await? {
+            let (asked, turn) = match self.head(shared, place).await? {
                 Next::Request(asked, turn) => (asked, turn),
                 Next::Nothing => return Ok(None),
+                // Only at its beginning: what follows a request is for who sent that.
+                Next::Wrong(_) if is_first && line::begins(&self.bytes) => {
+                    return Ok(Some(Becomes::Lines));
+                }
                 Next::Wrong(refusal) => {
                     self.refuse(&refusal, shared, place).await;
                     return Ok(None);
                 }
             };
-            let Served {
-                reply,
-                framing,
-                protocol,
-                is_head,
-                ..
-            } = asked;
-            let (response, is_unread) = match reply {
-                Reply::Short(short) => {
-                    if let Some(now_ns) = asked.commanded_ns {
-                        place.on_command(now_ns);
-                    }
-                    let text = short.written(protocol, framing.then);
-                    if framing.then == Afterwards::Close {
-                        self.part(&text, &mut turn, shared, place).await;
-                        return Ok(None);
-                    }
-                    self.send(&text, &mut turn).await?;
-                    place.on_answer();
-                    continue;
-                }
-                Reply::Done(response) => (*response, asked.has_body),
-                Reply::Upload(upload) => {
-                    turn.end().await;
-                    let done = Box::pin(self.upload(upload, framing, shared)).await?;
-                    turn = shared.turns.wait(place).await;
-                    done
-                }
-                Reply::Socket(response, opening) => {
-                    let text = written(&response, protocol, Afterwards::Keep);
-                    self.send(&text, &mut turn).await?;
-                    place.on_answer();
-                    return Ok(Some(*opening));
-                }
-            };
-            let closes = response.headers().get(header::CONNECTION);
-            let is_last = is_unread || closes.is_some_and(|word| word == "close");
-            let then = if is_last {
-                Afterwards::Close
-            } else {
-                framing.then
-            };
-            let mut text = written(&response, protocol, then);
-            if is_head {
-                text.truncate(text.len() - response.body().len());
+            is_first = false;
+            if let ControlFlow::Break(becomes) = self.answer(asked, turn, shared, place).await? {
+                return Ok(becomes);
             }
-            drop(response);
-            if then == Afterwards::Close {
-                self.part(&text, &mut turn, shared, place).await;
-                return Ok(None);
-            }
-            self.send(&text, &mut turn).await?;
-            place.on_answer();
         }
+    }
+
+    /// Answers a request in its turn; whether it was the last, and what the connection becomes then.
+    async fn answer(
+        &mut self,
+        asked: Served,
+        mut turn: Turn<'_>,
+        shared: &Rc<Shared>,
+        place: &Place,
+    ) -> io::Result<ControlFlow<Option<Becomes>>> {
+        let Served {
+            reply,
+            framing,
+            protocol,
+            is_head,
+            has_body,
+            commanded_ns,
+        } = asked;
+        let (response, is_unread) = match reply {
+            Reply::Short(short) => {
+                if let Some(now_ns) = commanded_ns {
+                    place.on_command(now_ns);
+                }
+                let (text, then) = (short.written(protocol, framing.then), framing.then);
+                return self.reply(&text, then, &mut turn, shared, place).await;
+            }
+            Reply::Done(response) => (*response, has_body),
+            Reply::Posted(posted) => {
+                turn.end().await;
+                let posted = self.posted(posted, framing, protocol, shared, place);
+                let (text, then, mut turn) = Box::pin(posted).await?;
+                return self.reply(&text, then, &mut turn, shared, place).await;
+            }
+            Reply::Upload(upload) => {
+                turn.end().await;
+                let done = Box::pin(self.upload(upload, framing, shared)).await?;
+                turn = shared.turns.wait(place).await;
+                done
+            }
+            Reply::Socket(response, opening) => {
+                let text = written(&response, protocol, Afterwards::Keep);
+                self.send(&text, &mut turn).await?;
+                place.on_answer();
+                return Ok(ControlFlow::Break(Some(Becomes::Socket(*opening))));
+            }
+        };
+        let closes = response.headers().get(header::CONNECTION);
+        let is_last = is_unread || closes.is_some_and(|word| word == "close");
+        let then = if is_last {
+            Afterwards::Close
+        } else {
+            framing.then
+        };
+        let mut text = written(&response, protocol, then);
+        if is_head {
+            text.truncate(text.len() - response.body().len());
+        }
+        drop(response);
+        self.reply(&text, then, &mut turn, shared, place).await
+    }
+
+    /// Sends an answer; whether it was the last.
+    async fn reply(
+        &mut self,
+        text: &[u8],
+        then: Afterwards,
+        turn: &mut Turn<'_>,
+        shared: &Shared,
+        place: &Place,
+    ) -> io::Result<ControlFlow<Option<Becomes>>> {
+        if then == Afterwards::Close {
+            self.part(text, turn, shared, place).await;
+            return Ok(ControlFlow::Break(None));
+        }
+        self.send(text, turn).await?;
+        place.on_answer();
+        Ok(ControlFlow::Continue(()))
     }
 
     /// Refuses what is no request, and with it the connection.
@@ -245,24 +286,7 @@ impl Connection {
         framing: Framing,
         shared: &Rc<Shared>,
     ) -> io::Result<(Response<Bytes>, bool)> {
-        let limit = upload.limit();
-        if framing.waits && self.bytes.is_empty() {
-            let word = b"HTTP/1.1 100 Continue\r\n\r\n";
-            within(self.stream.write_all(word)).await?;
-        }
-        let body = Body::new(framing.length, limit);
-        let mut held = Held(&shared.bodies, 0);
-        let read = match body {
-            Ok(body) => {
-                let read = timeout(WITHIN, self.body(body, &mut held)).await;
-                read.unwrap_or(Err(Refusal::Slow {
-                    part: "body",
-                    seconds: WITHIN.as_secs(),
-                }))
-            }
-            Err(problem) => Err(problem.into()),
-        };
-        match read {
+        match self.read_body(framing, upload.limit(), shared).await? {
             Ok(bytes) => {
                 // In a task of its own, so that it is completed even if its connection breaks.
                 let handler = Rc::clone(&shared.handler);
@@ -275,6 +299,63 @@ impl Connection {
                 Ok((refusal.last_response(), true))
             }
         }
+    }
+
+    /// Reads the body of a command and executes it; what is answered, what becomes of the connection then, and the turn
+    /// in which that was done.
+    async fn posted<'a>(
+        &mut self,
+        posted: Posted,
+        framing: Framing,
+        protocol: Protocol,
+        shared: &'a Shared,
+        place: &Place,
+    ) -> io::Result<(Vec<u8>, Afterwards, Turn<'a>)> {
+        let read = self.read_body(framing, MAX_BYTES, shared).await?;
+        let turn = shared.turns.wait(place).await;
+        let (now_ns, is_read) = (now_ns(), read.is_ok());
+        let mut handler = shared.handler.borrow_mut();
+        let done = read.and_then(|body| handler.posted(&posted, &body, now_ns));
+        let (text, then) = match done {
+            Ok(short) => {
+                place.on_command(now_ns);
+                (short.written(protocol, framing.then), framing.then)
+            }
+            Err(refusal) => {
+                handler.refuse(refusal.kind());
+                let (response, then) = if is_read {
+                    (refusal.response(), framing.then)
+                } else {
+                    (refusal.last_response(), Afterwards::Close)
+                };
+                (written(&response, protocol, then), then)
+            }
+        };
+        Ok((text, then, turn))
+    }
+
+    /// Reads a body of at most `limit` bytes, or why it cannot be read.
+    async fn read_body(
+        &mut self,
+        framing: Framing,
+        limit: usize,
+        shared: &Shared,
+    ) -> io::Result<Result<Vec<u8>, Refusal>> {
+        if framing.waits && self.bytes.is_empty() {
+            let word = b"HTTP/1.1 100 Continue\r\n\r\n";
+            within(self.stream.write_all(word)).await?;
+        }
+        let mut held = Held(&shared.bodies, 0);
+        Ok(match Body::new(framing.length, limit) {
+            Ok(body) => {
+                let read = timeout(WITHIN, self.body(body, &mut held)).await;
+                read.unwrap_or(Err(Refusal::Slow {
+                    part: "body",
+                    seconds: WITHIN.as_secs(),
+                }))
+            }
+            Err(problem) => Err(problem.into()),
+        })
     }
 
     async fn body(&mut self, mut body: Body, held: &mut Held<'_>) -> Result<Vec<u8>, Refusal> {
@@ -354,6 +435,12 @@ enum Next<'a> {
     /// The other end is gone, or it has been silent for too long.
     Nothing,
     Wrong(Refusal),
+}
+
+/// What a connection becomes that carries a whole loop.
+enum Becomes {
+    Socket(Opening),
+    Lines,
 }
 
 /// A request with what it gets.

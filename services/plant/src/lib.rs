@@ -6,7 +6,8 @@
 //!   request by request when it is its `turn`, which the crate `http` reads; `shared` is what all have in common.
 //! * `route`: what each request gets, as an [`answer`] or a `refusal`; `origin` keeps foreign pages
 //!   out; `openapi` describes the API.
-//! * `socket`: commands over a WebSocket, after its [`handshake`].
+//! * `conversation`: commands over a connection that carries a whole loop: a WebSocket (`socket`), after its
+//!   [`handshake`], or lines (`line`); `datagram`: commands by UDP.
 //! * `page`: the files of the page that closes the loop in a browser.
 //! * `session`: who is in control, proved by a `token`.
 //! * `upload`: requests of a page that have a body; `filer`: the thread that stores their data,
@@ -22,11 +23,14 @@ pub mod answer;
 mod chunk;
 mod config;
 mod connection;
+mod conversation;
+mod datagram;
 mod ending;
 mod filer;
 mod handler;
 pub mod handshake;
 mod latest;
+mod line;
 mod openapi;
 mod origin;
 mod page;

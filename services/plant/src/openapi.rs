@@ -29,6 +29,8 @@ const NUMBER: &str = "-?[0-9]{1,20}(\\.[0-9]{1,20})?(e[+-]?[0-9]{1,2})?";
 
 /// What fields say that several messages have.
 const SEQ: &str = "number of the controller's deadline; of the arrival, if it gives none";
+const INPUT: &str = "the input, finite, or both of them";
+const SEND: &str = "when the command was sent, on the controller's clock, in nanoseconds";
 const ARRIVE: &str = "when the command arrived, on the plant's clock, in nanoseconds";
 const TICK: &str = "the plant's latest tick";
 const OUTPUT: &str = "the output after that tick, or both of them";
@@ -57,11 +59,13 @@ pub(crate) fn describe(signals: Option<[usize; 2]>) -> Value {
             "description": "A free-running plant that takes its input over HTTP. Answers are \
                             URI-encoded queries, or JSON if the request accepts application/json. \
                             A page needs a session to command it; while a page holds one, commands \
-                            need its token, as always where the plant's lease is token. The page itself is at /.",
+                            need its token, as always where the plant's lease is token. The page itself is at /. \
+                            On the same port it takes commands as lines of a bare TCP connection, whose first is \
+                            mode=closed or mode=open, and as datagrams if it was started so.",
         },
         "paths": {
-            "/closed": operation("Use this input and give the state", &command(inputs), &message("State")),
-            "/open": operation("Acknowledge a command without using it", &command(inputs), &message("Acknowledgement")),
+            "/closed": commanded("Use this input and give the state", inputs, "State"),
+            "/open": commanded("Acknowledge a command without using it", inputs, "Acknowledgement"),
             "/reset": reset(),
             "/socket": socket(),
             "/state": operation("Give the state", &[], &message("Observation")),
@@ -72,6 +76,7 @@ pub(crate) fn describe(signals: Option<[usize; 2]>) -> Value {
             "/openapi.json": operation("Give this description", &[], &json!({"application/json": {"schema": {"type": "object"}}})),
         },
         "components": {"schemas": {
+            "Command": posted(inputs),
             "State": state(inputs, outputs),
             "Acknowledgement": acknowledgement(),
             "Observation": observation(inputs, outputs),
@@ -114,10 +119,44 @@ fn observation(inputs: Option<usize>, outputs: Option<usize>) -> Value {
     }))
 }
 
+/// A GET of a command, and a POST of one.
+fn commanded(summary: &str, inputs: Option<usize>, answer: &str) -> Value {
+    let mut paths = operation(summary, &command(inputs), &message(answer));
+    let done = json!({"description": "done", "content": message(answer)});
+    let refusals = [
+        (408, "the body did not come within 5 s"),
+        (409, "another client is in control, or the session is over"),
+        (413, "a body of more than 1 KiB"),
+        (415, "another content type"),
+        (500, "the plant's output is not finite any more"),
+        (503, "too many bodies are on their way"),
+    ];
+    let command = json!({"schema": {"$ref": "#/components/schemas/Command"}});
+    paths["post"] = json!({
+        "summary": format!("{summary}: the command is a body, and has no checksum"),
+        "parameters": [optional_session_header()],
+        "requestBody": {"required": true, "content": {"application/json": command}},
+        "responses": responses("200", &done, &refusals),
+    });
+    paths
+}
+
+/// A command as a body.
+fn posted(inputs: Option<usize>) -> Value {
+    let mut command = object(&json!({
+        "u": number(inputs, INPUT),
+        "seq": count(SEQ),
+        "t_send_ns": count(SEND),
+    }));
+    // A simple controller need not know the others.
+    command["required"] = json!(["u"]);
+    command
+}
+
 /// The parameters of a command.
 fn command(inputs: Option<usize>) -> Vec<Value> {
-    let u = number(inputs, "the input, finite, or both of them");
-    let t_send = count("when the command was sent, on the controller's clock, in nanoseconds");
+    let u = number(inputs, INPUT);
+    let t_send = count(SEND);
     let crc = json!({"type": "string", "pattern": CHECKSUM, "description": "CRC-32C of the query before \
                      `&crc=`, its last field; an answer that is a query then ends with its own"});
     let mut parameters = vec![

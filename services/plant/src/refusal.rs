@@ -1,5 +1,5 @@
 //! Why a request is rejected, and how that is reported: over HTTP as a status and a text, over a
-//! WebSocket as a close frame.
+//! WebSocket as a close frame, on a line as a last one.
 
 use endpoint::http::{body::InvalidBody, request::Malformed};
 use endpoint::{InvalidMessage, NotServed, Signals};
@@ -45,7 +45,7 @@ pub(crate) enum Refusal {
     Target,
     #[error(transparent)]
     Foreign(#[from] Foreign),
-    #[error("the request has a body; a command is a query and has none")]
+    #[error("the request has a body; a command is a query and has none, or a POST of JSON")]
     Body,
     #[error("the query is not {expected}")]
     Query { expected: &'static str },
@@ -69,6 +69,8 @@ pub(crate) enum Refusal {
     FilingError(#[from] FilingError),
     #[error("cannot make a session token: {0}; claim again")]
     Randomness(#[from] std::io::Error),
+    #[error("a datagram that is not UTF-8, or whose answer would be long")]
+    Datagram,
     #[error(transparent)]
     Handshake(#[from] InvalidHandshake),
     #[error(
@@ -109,6 +111,7 @@ impl Refusal {
             | Self::NoHost(_)
             | Self::Query { .. }
             | Self::Broken
+            | Self::Datagram
             | Self::Claim(_)
             | Self::Client(_)
             | Self::FilingError(FilingError::Row(_) | FilingError::Report(_)) => {
@@ -156,6 +159,7 @@ impl Refusal {
             Self::Claim(_) | Self::Client(_) | Self::FilingError(_) | Self::Randomness(_) => {
                 "session"
             }
+            Self::Datagram => "datagram",
             Self::Handshake(_) => "websocket",
             Self::Diverged { .. } => "diverged",
             Self::Reset => "reset",

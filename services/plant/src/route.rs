@@ -1,7 +1,7 @@
 //! What each request gets.
 //!
 //! [`Handler::answer`] maps the head of a request to its continuation: a response, a body to read
-//! (`upload`) or a WebSocket (`socket`). It needs no network, and a request that it rejects leaves
+//! (`upload`, or a command in JSON) or a WebSocket (`socket`). It needs no network, and a request that it rejects leaves
 //! the input unchanged.
 
 use std::{fmt::Write, net::IpAddr};
@@ -13,20 +13,20 @@ use endpoint::http::{
 };
 use endpoint::{
     Answer, ArrivalOutcome, Hosts, InvalidMessage, Mode, NotServed, Output, Request, checksum,
-    query::MAX_BYTES,
+    json, query::MAX_BYTES,
 };
 use hyper::{Method, Response, StatusCode, body::Bytes};
 use serde::Serialize;
 
 use crate::{
-    answer::{JSON, Short, TEXT, as_json, respond},
+    answer::{AnswerForm, JSON, Short, TEXT, as_json, respond},
+    conversation::{self, Opening},
     handler::Handler,
     handshake::{self, InvalidHandshake},
     openapi::{self, PATHS},
     origin, page,
     refusal::Refusal,
     session::Sender,
-    socket,
     token::Pass,
     upload::Upload,
 };
@@ -42,8 +42,17 @@ pub(crate) enum Reply {
     Done(Box<Response<Bytes>>),
     /// With a body to read.
     Upload(Upload),
+    /// With a body to read that is a command.
+    Posted(Posted),
     /// With this response, then messages.
-    Socket(Box<Response<Bytes>>, Box<socket::Opening>),
+    Socket(Box<Response<Bytes>>, Box<Opening>),
+}
+
+/// A command that comes in a body.
+pub(crate) struct Posted {
+    mode: Mode,
+    sender: Sender,
+    form: AnswerForm,
 }
 
 impl Handler {
@@ -68,10 +77,17 @@ impl Handler {
     ) -> Result<Reply, Refusal> {
         let query = check(head, &self.hosts)?;
         let (method, path, lines) = (head.method, head.target.path, head.lines);
-        if method == "POST"
-            && let Some(upload) = self.upload(path, query, lines, now_ns)?
-        {
-            return Ok(Reply::Upload(upload));
+        let sender = || Sender {
+            pass: pass(lines),
+            address: address.to_canonical(),
+        };
+        if method == "POST" {
+            if matches!(path, "/closed" | "/open") {
+                return posted(path, query, lines, sender()).map(Reply::Posted);
+            }
+            if let Some(upload) = self.upload(path, query, lines, now_ns)? {
+                return Ok(Reply::Upload(upload));
+            }
         }
         // HEAD is not permitted either: a GET here moves the plant, and HEAD would do the same.
         if PATHS.contains(&path) && !allowed(path).split(", ").any(|word| word == method) {
@@ -83,18 +99,9 @@ impl Handler {
         if head.has_body() {
             return Err(Refusal::Body);
         }
-        let sender = || Sender {
-            pass: pass(lines),
-            address: address.to_canonical(),
-        };
         let response = match path {
             "/closed" | "/open" => {
-                let mode = if path == "/open" {
-                    Mode::Open
-                } else {
-                    Mode::Closed
-                };
-                let told = self.command(mode, query, &sender(), now_ns)?;
+                let told = self.command(mode(path), query, &sender(), now_ns)?;
                 return Ok(Reply::Short(Short::new(&told, told.text(), lines)));
             }
             "/reset" => self.reset(query, &sender(), now_ns)?,
@@ -135,7 +142,36 @@ impl Handler {
         now_ns: u64,
     ) -> Result<Told, Refusal> {
         let (text, is_signed) = checksum::checked(text, self.settings.check)?;
-        let request: Request = text.parse()?;
+        let answer = self.take(mode, &text.parse()?, sender, now_ns)?;
+        Ok(Told { answer, is_signed })
+    }
+
+    /// Executes a command that is the body of a POST.
+    pub(crate) fn posted(
+        &mut self,
+        posted: &Posted,
+        body: &[u8],
+        now_ns: u64,
+    ) -> Result<Short, Refusal> {
+        if self.settings.check {
+            // An object has none.
+            return Err(InvalidMessage::NoChecksum.into());
+        }
+        let request = json::request(body)?;
+        let told = Told {
+            answer: self.take(posted.mode, &request, &posted.sender, now_ns)?,
+            is_signed: false,
+        };
+        Ok(Short::in_form(&told, told.text(), posted.form))
+    }
+
+    fn take(
+        &mut self,
+        mode: Mode,
+        request: &Request,
+        sender: &Sender,
+        now_ns: u64,
+    ) -> Result<Answer, Refusal> {
         // In open loop nothing is applied, and a number will do.
         if mode == Mode::Closed || request.u.count() > 1 {
             request.check(self.inbox.inputs())?;
@@ -154,7 +190,7 @@ impl Handler {
         }
         self.inbox.hear(sender.address, self.control.since_ns());
         let output = self.output();
-        let (row, answer) = self.inbox.command(mode, &request, output, now_ns);
+        let (row, answer) = self.inbox.command(mode, request, output, now_ns);
         match row.outcome {
             ArrivalOutcome::Stale => self.refuse("stale"),
             ArrivalOutcome::Aged => self.refuse("aged"),
@@ -165,7 +201,7 @@ impl Handler {
         if mode == Mode::Closed {
             finite(output)?;
         }
-        Ok(Told { answer, is_signed })
+        Ok(answer)
     }
 
     /// Puts the plant back to rest, with no input.
@@ -224,20 +260,30 @@ impl Handler {
         address: IpAddr,
         now_ns: u64,
     ) -> Result<Reply, Refusal> {
-        let (mode, pass) = socket::query(query)?;
+        let (mode, pass) = conversation::query(query)?;
         let response = handshake::response(lines)?;
+        let opening = self.converses(mode, pass, address, now_ns)?;
+        Ok(Reply::Socket(Box::new(response), Box::new(opening)))
+    }
+
+    /// Lets a connection carry the commands of a loop.
+    pub(crate) fn converses(
+        &mut self,
+        mode: Mode,
+        pass: Pass,
+        address: IpAddr,
+        now_ns: u64,
+    ) -> Result<Opening, Refusal> {
         let session = self.control.open(&pass, now_ns)?;
-        let over = self.over.subscribe();
-        let opening = socket::Opening {
+        Ok(Opening {
             mode,
             sender: Sender {
                 pass,
                 address: address.to_canonical(),
             },
             session,
-            over,
-        };
-        Ok(Reply::Socket(Box::new(response), Box::new(opening)))
+            over: self.over.subscribe(),
+        })
     }
 
     /// The upload of a POST, if its path has one, checked before its body is read.
@@ -346,10 +392,36 @@ fn changes(method: &str, path: &str) -> bool {
 
 fn allowed(path: &str) -> &'static str {
     match path {
+        "/closed" | "/open" => "GET, POST",
         "/session" => "GET, POST",
         "/session/rows" | "/session/end" | "/reset" => "POST",
         _ => "GET",
     }
+}
+
+/// The mode of a command that comes this way.
+fn mode(path: &str) -> Mode {
+    if path == "/open" {
+        Mode::Open
+    } else {
+        Mode::Closed
+    }
+}
+
+/// The command of a POST, checked before its body is read.
+fn posted(path: &str, query: &str, lines: Lines<'_>, sender: Sender) -> Result<Posted, Refusal> {
+    if !query.is_empty() {
+        let expected = "empty, and a POST has its command in a body of JSON";
+        return Err(Refusal::Query { expected });
+    }
+    if !is_kind(lines, JSON) {
+        return Err(Refusal::Kind { expected: JSON });
+    }
+    Ok(Posted {
+        mode: mode(path),
+        sender,
+        form: AnswerForm::of(lines),
+    })
 }
 
 fn none(query: &str) -> Result<(), Refusal> {

@@ -17,15 +17,22 @@ use clock::{now::now_ns, scheduling::Granted};
 use endpoint::{ArrivalRow, Hosts, Inbox, Model, Process, SampleTime, SecondRow, TickRow, report};
 use futures_util::{StreamExt, stream::FuturesUnordered};
 use text::column::Row;
-use tokio::{net::TcpListener, runtime::Runtime, sync::watch, task::LocalSet};
+use tokio::{
+    net::{TcpListener, UdpSocket},
+    runtime::Runtime,
+    sync::watch,
+    task::LocalSet,
+};
 
 use crate::{
     config::{Config, Ready, ServeError},
+    datagram,
     filer::Filer,
     handler::Handler,
     latest::latest,
     server,
     session::Control,
+    shared::Shared,
     ticker::{Running, Ticker, input_words, output_words},
 };
 
@@ -64,6 +71,11 @@ pub fn serve_until(
         .enable_all()
         .build()?;
     let (listener, address) = listen(config.listen, &runtime)?;
+    let datagrams = config
+        .settings
+        .udp
+        .then(|| bind(address, &runtime))
+        .transpose()?;
     // No files are created for a plant that cannot listen.
     let mut plant = Started::new(config, Box::new(model))?;
     let (start_ns, open_files) = (plant.start_ns, plant.open_files);
@@ -71,10 +83,14 @@ pub fn serve_until(
     let handler = Rc::clone(&plant.handler);
     let accepted = RefCell::new(0);
     let tasks = LocalSet::new();
+    let shared = Rc::new(Shared::new(handler));
+    if let Some(socket) = datagrams {
+        tasks.spawn_local(datagram::serve(socket, Rc::clone(&shared)));
+    }
     let served = async {
         tokio::select! {
             _ = &mut plant.ticker.ended => ServeError::Ticker,
-            never = server::accept(listener, handler, &accepted, open_files) => match never {},
+            never = server::accept(listener, shared, &accepted, open_files) => match never {},
         }
     };
     let ready = || ready(Ready { address, start_ns });
@@ -279,6 +295,16 @@ fn listen(address: SocketAddr, runtime: &Runtime) -> Result<(TcpListener, Socket
         Ok((listener, address))
     });
     listened.map_err(|source| ServeError::Listen { address, source })
+}
+
+/// The socket of the datagrams, at the same address as HTTP.
+fn bind(address: SocketAddr, runtime: &Runtime) -> Result<UdpSocket, ServeError> {
+    let _context = runtime.enter();
+    let bound = std::net::UdpSocket::bind(address).and_then(|socket| {
+        socket.set_nonblocking(true)?;
+        UdpSocket::from_std(socket)
+    });
+    bound.map_err(|source| ServeError::Listen { address, source })
 }
 
 /// Calls `ready` and waits for `stop`, or for `served`, which is an error.

@@ -12,7 +12,12 @@ use tokio::{
     time::sleep,
 };
 
-use crate::{connection, handler::Handler, place::Places, shared::Shared, turn::Bucket};
+use crate::{
+    connection,
+    place::Places,
+    shared::{PAUSE, Shared},
+    turn::Bucket,
+};
 
 /// Most simultaneous connections: a controller that opens one for each message needs 5000 at 1 kHz, when its link
 /// stands still for as long as it waits for an answer.
@@ -29,9 +34,6 @@ const BACKLOG: u32 = 4096;
 /// Files of the process other than connections.
 const OTHER_FILES: u64 = 64;
 
-/// Pause after a failed accept: without it, running out of files would cause a busy loop.
-const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
-
 /// Listens on `address`. Needs the runtime's context.
 pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
     let socket = if address.is_ipv4() {
@@ -46,16 +48,15 @@ pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 }
 
 /// Accepts connections forever; `open_files` is the limit of the process. Runs on the thread that
-/// owns `handler`; dropping it drops all connections.
+/// owns the handler; dropping it drops all connections.
 pub(crate) async fn accept(
     listener: TcpListener,
-    handler: Rc<RefCell<Handler>>,
+    shared: Rc<Shared>,
     accepted: &RefCell<u64>,
     open_files: u64,
 ) -> Infallible {
     let room = usize::try_from(open_files.saturating_sub(OTHER_FILES)).unwrap_or(usize::MAX);
     let places = Rc::new(Places::new(room.clamp(1, CONNECTIONS)));
-    let shared = Rc::new(Shared::new(handler));
     let mut passes = Bucket::new(ACCEPTED_MS, ACCEPTED);
     loop {
         while !passes.takes(now_ns()) {
@@ -75,7 +76,7 @@ pub(crate) async fn accept(
             }
             Err(error) => {
                 tracing::warn!(%error, "cannot accept a connection");
-                sleep(ACCEPT_PAUSE).await;
+                sleep(PAUSE).await;
             }
         }
         // What arrived meanwhile, on the connections that are there, goes first.

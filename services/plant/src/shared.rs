@@ -1,6 +1,6 @@
 //! What all connections share: the handler, whose turn it is, how long each step may take, and how each ends.
 //!
-//! What is said on one is in `connection`, and for a WebSocket in `socket`.
+//! What is said on one is in `connection`, and on one that carries a whole loop in `conversation`.
 
 use std::{
     cell::{Cell, RefCell},
@@ -25,6 +25,9 @@ pub(crate) const WITHIN: Duration = Duration::from_secs(5);
 /// discarded meanwhile: closing earlier would lose the reason.
 pub(crate) const LINGER: Duration = Duration::from_secs(1);
 const LINGER_BYTES: usize = 256 * 1024;
+
+/// Pause after a failed accept or receipt: without it, running out of files would cause a busy loop.
+pub(crate) const PAUSE: Duration = Duration::from_millis(50);
 
 /// How much of it is discarded at a time.
 const DISCARD_BYTES: usize = 32 * 1024;

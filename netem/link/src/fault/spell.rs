@@ -65,6 +65,12 @@ impl Profile {
         self.fault_of(|effect| matches!(effect, Effect::Reset | Effect::Rebind))
     }
 
+    /// The first fault that makes two packets of one, by its word.
+    #[must_use]
+    pub fn duplicates(&self) -> Option<&'static str> {
+        self.fault_of(|effect| matches!(effect, Effect::Duplicate { .. }))
+    }
+
     fn fault_of(&self, is_it: impl Fn(Effect) -> bool) -> Option<&'static str> {
         let mut effects = Way::BOTH
             .iter()

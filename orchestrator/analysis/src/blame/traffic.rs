@@ -1,7 +1,7 @@
 //! The messages of a run as blame sees them: each with the link's share of both ways, and with what made it
 //! later than that.
 
-use endpoint::{Connection, MessageOutcome, MessageRow, Outstanding, Transport};
+use endpoint::{Carriage, Connection, MessageOutcome, MessageRow, Outstanding};
 use link::{Timeline, Way};
 
 use super::asked::{Asked, sent};
@@ -160,7 +160,7 @@ impl Traffic {
             let is_more = under_way > most && most > 0;
             most = most.max(under_way);
             let late_ns = one.up_late_ns();
-            if late_ns < LATE_NS || facts.transport == Transport::WebSocket {
+            if late_ns < LATE_NS || facts.transport.carriage() != Carriage::Requests {
                 opened.push(None);
                 continue;
             }

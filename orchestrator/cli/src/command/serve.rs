@@ -8,7 +8,7 @@ use std::path::{Path, absolute};
 use anyhow::{Context, anyhow};
 use backend::{ControllerRole, PlantRole, start_plant};
 use control::Law;
-use endpoint::{ControllerSettings, PageSettings, SampleTime, Surrounded, report};
+use endpoint::{ControllerSettings, Lease, PageSettings, SampleTime, Surrounded, report};
 use plan::Client;
 use plan::system::{Design, Loop, System};
 use record::file;
@@ -147,8 +147,19 @@ pub(crate) fn controller_role(
     }
     let system = system(role.system.as_deref())?;
     let page = role.page.map_or(Ok(()), |page| page.check(&role.settings));
-    role.settings
-        .check()
+    let lease = if role.claim {
+        Lease::Token
+    } else {
+        Lease::None
+    };
+    let checksum = if role.check {
+        role.settings.check_checksum()
+    } else {
+        Ok(())
+    };
+    role.client
+        .check(&role.settings, lease)
+        .and(checksum)
         .and(page)
         .and(system.check(&role.settings))
         .map_err(Failure::usage)?;

@@ -279,6 +279,22 @@ fn a_mistake_is_placed_and_answered() {
             block("mode = \"open\"\nh = [\"3ms\", \"3ms\"]\nduration = \"1s\""),
         ),
         (
+            "a datagram in Python",
+            block("mode = \"open\"\nh = [\"3ms\"]\nduration = \"1s\"\ntransport = \"udp\"")
+                .replace("native", "python"),
+        ),
+        (
+            "JSON in a browser",
+            block("mode = \"open\"\nh = [\"3ms\"]\nduration = \"1s\"\ntransport = \"json\"")
+                .replace("native", "firefox"),
+        ),
+        (
+            "a session over UDP",
+            block(
+                "mode = \"open\"\nh = [\"3ms\"]\nduration = \"1s\"\ntransport = \"udp\"\nlease = \"token\"",
+            ),
+        ),
+        (
             "outstanding of zero",
             block("mode = \"open\"\nh = [\"3ms\"]\nduration = \"1s\"\noutstanding = \"0\""),
         ),

@@ -1,7 +1,7 @@
 //! A message in transit: its packets enter the link, are lost and sent again, come out, and wait for
 //! a thread at either end.
 
-use endpoint::{Loss, Model};
+use endpoint::{Carriage, Loss, Model};
 use link::Way;
 
 use super::{Course, Waiting};
@@ -102,9 +102,14 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
         self.transmit(id, packet, tries, now_ns);
     }
 
-    /// A packet is lost: it is sent again when its sender's timer ends.
+    /// A packet is lost: it is sent again when its sender's timer ends, unless it is a datagram.
     #[cold]
     fn is_lost(&mut self, id: Id, packet: Packet, tries: u16, now_ns: u64) {
+        if self.carriage == Carriage::Datagrams {
+            // It never comes: its place is free when its message ends.
+            self.connections.loses(id, packet == Packet::Answer);
+            return;
+        }
         self.outcome.resent += 1;
         let again_ns = match &self.stream {
             Some(stream) if matches!(packet, Packet::Request | Packet::Answer) => {
@@ -338,6 +343,12 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
             self.last_end_ns = now_ns;
             self.record.message(&row);
             self.connections.give_up(term.seq, term.carrier);
+            let lost = term.carrier.filter(|id| {
+                self.carriage == Carriage::Datagrams && self.connections.has_lost(*id)
+            });
+            if let Some(id) = lost {
+                self.connections.close(id);
+            }
             if self.waiting == Waiting::Answer {
                 self.wait(now_ns);
             }

@@ -1,6 +1,8 @@
 //! Faults of the link as a run meets them.
 
-use endpoint::{ArrivalOutcome, Late, Lease, MessageRow, PlantSettings, TickRow};
+use endpoint::{
+    ArrivalOutcome, ControllerSettings, Late, Lease, MessageRow, PlantSettings, TickRow, Transport,
+};
 use link::Profile;
 use sim::{Setup, Timing, Unfit, run};
 
@@ -129,6 +131,20 @@ fn what_breaks_connections_is_refused_by_name() {
             Err(Unfit::Fault(fault))
         );
     }
+}
+
+#[test]
+fn what_makes_two_datagrams_of_one_is_refused_by_name() {
+    let link = faulty("[[fault]]\nat = '1s'\nfor = '1s'\nduplicate = '50%'");
+    let settings = ControllerSettings {
+        transport: Transport::Udp,
+        ..closed("10ms")
+    };
+    let setup = setup(&link, settings, &Timing::IDEAL, MS);
+    assert_eq!(
+        run(&setup, &mut Rows::default()).map(|outcome| outcome.ticks),
+        Err(Unfit::Twice("duplicate"))
+    );
 }
 
 /// What a frozen end would have done, it does when it goes on: no deadline is sent for, no tick is left out, and

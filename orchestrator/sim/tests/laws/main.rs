@@ -256,6 +256,33 @@ fn over_a_web_socket_nothing_overtakes_and_nothing_is_lost() {
 }
 
 #[test]
+fn a_datagram_goes_for_itself_and_what_is_lost_never_comes() {
+    let lossy = profile(
+        "name = \"lossy\"\nabout = \"loses\"\n[both.delay]\nbase = \"20ms\"\n\
+         [both.loss.random]\nshare = \"5%\"\n",
+    );
+    let settings = ControllerSettings {
+        transport: Transport::Udp,
+        timeout_ns: 300 * MS,
+        ..closed("3ms")
+    };
+    let (rows, outcome) = simulate(&setup(&lossy, settings, &Timing::IDEAL, 60_000 * MS));
+    let counts = outcome.counts;
+    assert_eq!((counts.sent, outcome.resent), (20_000, 0));
+    assert_eq!(counts.answered + counts.timeout, counts.sent);
+    // A twentieth each way: 5 % and 9.75 %, by three standard deviations.
+    let lost_up = counts.sent - outcome.arrivals;
+    assert!((907..=1093).contains(&lost_up), "{lost_up}");
+    assert!((1824..=2076).contains(&counts.timeout), "{counts:?}");
+    // None waits for another, nor for a handshake.
+    let answered = rows.messages.iter().filter_map(|row| {
+        let round_trip_ns = row.t_receive_ns? - row.t_send_ns?;
+        Some(round_trip_ns)
+    });
+    assert!(answered.into_iter().all(|ns| ns == 40 * MS));
+}
+
+#[test]
 fn a_dead_link_ends_every_message_by_its_time_out() {
     let link = profile(
         "name = 'dead'\nabout = 'x'\n[both.delay]\nbase = '1ms'\n[both.loss.random]\nshare = '100%'\n",

@@ -85,6 +85,12 @@ pub(crate) enum SocketError {
     Closed,
     #[error("the plant closed the socket: {code} {reason}")]
     ClosedFor { code: u16, reason: String },
+    #[error("the plant closed the connection: {reason}")]
+    Said { reason: String },
+    #[error("a line of the plant is too long")]
+    Long,
+    #[error("the plant takes no datagrams: {0}; start it with --udp")]
+    Datagram(io::Error),
     #[error("the plant hung up")]
     HungUp,
 }

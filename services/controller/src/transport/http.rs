@@ -1,4 +1,4 @@
-//! Messages over HTTP: one GET each.
+//! Messages over HTTP: one GET each, or one POST of JSON.
 //!
 //! What a request says and what its answer means is here; a [`Pool`] of connections carries it, as a `request` is
 //! written.
@@ -7,7 +7,7 @@ mod pool;
 mod request;
 
 pub(crate) use self::pool::Pool;
-pub(super) use self::request::Request;
+pub(super) use self::request::{ANY, Request};
 
 use std::{
     collections::VecDeque,
@@ -16,7 +16,7 @@ use std::{
 };
 
 use clock::now::now_ns;
-use endpoint::{Answer, Command, Mode, Observation, checksum};
+use endpoint::{Answer, Command, Mode, Observation, checksum, json};
 use futures_util::{
     StreamExt,
     future::{LocalBoxFuture, join_all},
@@ -32,6 +32,9 @@ use crate::config::Config;
 /// Room for the target of most commands, so that a text that grows is not moved.
 const TARGET_BYTES: usize = 128;
 
+/// The form that a command in JSON asks its answer in.
+const JSON: &str = "application/json";
+
 /// What all requests have in common. Cheap to clone.
 #[derive(Clone, Debug)]
 struct Asker {
@@ -40,9 +43,17 @@ struct Asker {
     /// The session in which it commands, if it has to have one.
     session: Option<Session>,
     check: bool,
+    form: CommandForm,
 }
 
-/// One GET per message.
+/// The form of a message.
+#[derive(Clone, Copy, Debug)]
+enum CommandForm {
+    Query,
+    Json,
+}
+
+/// One request per message.
 pub(crate) struct Http {
     asker: Asker,
     under_way: FuturesUnordered<LocalBoxFuture<'static, Ended>>,
@@ -62,6 +73,10 @@ impl Http {
                 mode: settings.mode,
                 session,
                 check: config.check,
+                form: match settings.transport {
+                    endpoint::Transport::Json => CommandForm::Json,
+                    _ => CommandForm::Query,
+                },
             },
             under_way: FuturesUnordered::new(),
             ended: VecDeque::new(),
@@ -75,7 +90,8 @@ impl Http {
 }
 
 impl Asker {
-    async fn get(&self, target: String) -> Result<String, ExchangeError> {
+    /// Asks for `target`, or posts JSON to it and asks for JSON.
+    async fn ask(&self, target: String, json: Option<&str>) -> Result<String, ExchangeError> {
         let token = match &self.session {
             None => None,
             Some(session) => Some((session, session.token().await?)),
@@ -83,7 +99,8 @@ impl Asker {
         let request = Request {
             target,
             token: token.as_ref().map(|(_, token)| &**token),
-            body: None,
+            body: json,
+            accept: if json.is_some() { JSON } else { ANY },
         };
         let (status, text) = self.pool.ask(&request).await?;
         if status.is_success() {
@@ -98,7 +115,7 @@ impl Asker {
     }
 
     async fn observe(&self) -> Result<Observation, ExchangeError> {
-        let text = self.get("/state".to_owned()).await?;
+        let text = self.ask("/state".to_owned(), None).await?;
         Ok(text.parse()?)
     }
 
@@ -107,6 +124,11 @@ impl Asker {
             Mode::Closed => "/closed",
             Mode::Open => "/open",
         };
+        if let CommandForm::Json = self.form {
+            let body = json::command(command);
+            let text = self.ask(path.to_owned(), Some(&body)).await?;
+            return Ok(json::answer(self.mode, &text, command)?);
+        }
         let target = if self.check {
             format!("{path}?{}", checksum::signed(&command.to_string()))
         } else {
@@ -115,7 +137,7 @@ impl Asker {
             let _ = write!(target, "{path}?{command}");
             target
         };
-        let text = self.get(target).await?;
+        let text = self.ask(target, None).await?;
         let (text, _) = checksum::checked(&text, self.check)?;
         Ok(Answer::parse(self.mode, text, command)?)
     }

@@ -11,7 +11,7 @@ use tokio::{sync::Mutex, time::timeout};
 use super::{
     ExchangeError,
     error::excerpt,
-    http::{Pool, Request},
+    http::{ANY, Pool, Request},
 };
 
 /// How a controller that is no page introduces itself: its rows stay with it.
@@ -84,6 +84,7 @@ impl Session {
             target: path.to_owned(),
             token,
             body: Some(body),
+            accept: ANY,
         };
         let (status, text) = self.pool.ask(&request).await?;
         if status.is_success() {

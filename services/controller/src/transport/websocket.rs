@@ -1,60 +1,70 @@
-//! Messages over a WebSocket: each a text, all in one socket.
-//!
-//! [`WebSocket`] opens a [`socket`] when there is none for a command, and leaves it when it breaks: all messages that
-//! wait then fail with the reason, and the next command opens another. [`under_way`] has the messages, which end by
-//! their own time-outs. Answers may come in any order.
-
-mod socket;
-mod under_way;
+//! Messages over a WebSocket, each a text: how a socket is opened, what it sends and receives, and how it is left.
 
 use std::{
-    collections::VecDeque,
-    future::poll_fn,
-    rc::Rc,
-    task::{Context, Poll, Waker, ready},
+    net::SocketAddr,
+    pin::Pin,
+    task::{Context, Poll, ready},
     time::Duration,
 };
 
-use clock::now::now_ns;
-use endpoint::{Command, Mode, Observation};
-use futures_util::future::LocalBoxFuture;
-use tokio::time::timeout;
-
-use self::{
-    socket::{Opener, Socket},
-    under_way::UnderWay,
+use endpoint::{Answer, Mode, query};
+use futures_util::{Sink, SinkExt, Stream, StreamExt};
+use tokio::{net::TcpStream, time::timeout};
+use tokio_tungstenite::{
+    WebSocketStream, client_async_with_config,
+    tungstenite::{
+        Error, Message,
+        protocol::{CloseFrame, WebSocketConfig, frame::coding::CloseCode},
+    },
 };
-use super::{Address, Ended, ExchangeError, Transport, error::SocketError, http::Http};
+
+use super::{
+    Address,
+    conduit::{Channel, Conduit, Opener},
+    error::{ExchangeError, OpeningError, SocketError, excerpt},
+    http::Http,
+    session::{self, Session},
+    under_way::UnderWay,
+    wording::Wording,
+};
 use crate::config::{Config, DriveError};
 
-/// How long to wait for the plant to close the socket. No rows depend on it.
-const LEAVE: Duration = Duration::from_millis(100);
+/// Size of a read: an answer has about 100 bytes, so this is some 40 answers at once.
+const READ_BYTES: usize = 4096;
 
-/// One socket for all messages.
+/// Round trips to open a socket, TCP's and the WebSocket's. If an attempt had only a message's
+/// timeout, it would never succeed on a link whose round trip takes more than half of that, although
+/// messages would be answered there.
+const ROUND_TRIPS: u32 = 2;
+
+/// The data needed to open a socket.
+#[derive(Clone, Debug)]
 pub(crate) struct WebSocket {
-    /// Reads the plant's state as in HTTP, and has the session.
-    http: Http,
-    opener: Opener,
-    line: Line,
-    under_way: UnderWay,
-    /// Messages that have ended and are not told yet.
-    ended: VecDeque<Ended>,
+    url: String,
+    address: SocketAddr,
+    wording: Wording,
+    /// The session in which it commands, if it has to have one.
+    session: Option<Session>,
+    /// How long to wait for an answer.
     timeout: Duration,
 }
 
-/// The current socket.
-enum Line {
-    None,
-    Opening(LocalBoxFuture<'static, Result<Socket, SocketError>>),
-    Open(Box<Socket>),
+/// An open socket.
+#[derive(Debug)]
+pub(crate) struct Socket {
+    stream: WebSocketStream<TcpStream>,
+    wording: Wording,
+    /// Whether something waits until the other end reads.
+    is_full: bool,
 }
 
 impl WebSocket {
-    pub(crate) fn try_new(
+    /// All messages over a WebSocket; `http` has the session.
+    pub(crate) fn conduit(
         http: Http,
         address: &Address,
         config: &Config,
-    ) -> Result<Self, DriveError> {
+    ) -> Result<Conduit<Self>, DriveError> {
         let settings = &config.settings;
         let timeout = Duration::from_nanos(settings.timeout_ns);
         let mut url = address.at(match settings.mode {
@@ -63,124 +73,133 @@ impl WebSocket {
         })?;
         url.set_scheme("ws")
             .map_err(|()| address.refused(&"it has no WebSocket"))?;
-        Ok(Self {
-            opener: Opener {
-                session: http.session().cloned(),
-                check: config.check,
-                url: url.to_string(),
-                address: address.socket,
+        let opener = Self {
+            url: url.to_string(),
+            address: address.socket,
+            wording: Wording {
                 mode: settings.mode,
-                timeout,
+                check: config.check,
             },
-            http,
-            line: Line::None,
-            under_way: UnderWay::new(timeout),
-            ended: VecDeque::new(),
+            session: http.session().cloned(),
             timeout,
-        })
-    }
-
-    /// Does what can be done with the socket now.
-    fn advance(&mut self, context: &mut Context<'_>) {
-        let why = loop {
-            match &mut self.line {
-                Line::None if self.under_way.has_unsent() => self.line = self.opening(),
-                Line::None => return,
-                Line::Opening(opening) => match opening.as_mut().poll(context) {
-                    Poll::Pending => return,
-                    Poll::Ready(Ok(socket)) => self.line = Line::Open(Box::new(socket)),
-                    Poll::Ready(Err(why)) => break why,
-                },
-                // Reads first: when the plant closes the connection, sending a command fails too, but
-                // without the reason.
-                Line::Open(socket) => match socket.poll_answer(context) {
-                    Poll::Ready(Ok(answer)) => {
-                        if self.under_way.answered(answer.seq()) {
-                            self.ended.push_back(Ended {
-                                seq: answer.seq(),
-                                t_ns: now_ns(),
-                                result: Ok(answer),
-                            });
-                        }
-                    }
-                    Poll::Ready(Err(why)) => break why,
-                    Poll::Pending => match socket.poll_send(context, &mut self.under_way) {
-                        Ok(()) => return,
-                        Err(why) => break why,
-                    },
-                },
-            }
         };
-        // From here on commands open another socket.
-        if let Line::Open(socket) = std::mem::replace(&mut self.line, Line::None) {
-            tokio::spawn(timeout(self.timeout, socket.leave()));
-        }
-        let (t_ns, why) = (now_ns(), Rc::new(why));
-        for seq in self.under_way.give_up() {
-            let result = Err(ExchangeError::Socket(Rc::clone(&why)));
-            self.ended.push_back(Ended { seq, t_ns, result });
-        }
+        Ok(Conduit::new(http, opener, timeout))
     }
 
-    fn opening(&self) -> Line {
-        let opener = self.opener.clone();
-        Line::Opening(Box::pin(async move { opener.open().await }))
+    async fn attempt(&self) -> Result<WebSocketStream<TcpStream>, OpeningError> {
+        let (mut url, mut token) = (self.url.clone(), String::new());
+        if let Some(session) = &self.session {
+            token = session.token().await?;
+            url += &format!("&session={token}");
+        }
+        let stream = TcpStream::connect(self.address).await?;
+        stream.set_nodelay(true)?;
+        let config = WebSocketConfig::default()
+            .read_buffer_size(READ_BYTES)
+            .write_buffer_size(0)
+            .max_message_size(Some(query::MAX_BYTES))
+            .max_frame_size(Some(query::MAX_BYTES));
+        match client_async_with_config(&*url, stream, Some(config)).await {
+            Ok((socket, _)) => Ok(socket),
+            Err(Error::Http(response)) => {
+                let status = response.status();
+                if let Some(session) = &self.session
+                    && session::is_lost(status)
+                {
+                    session.forget(&token).await;
+                }
+                let text = response.into_body().unwrap_or_default();
+                Err(ExchangeError::refused(status, &String::from_utf8_lossy(&text)).into())
+            }
+            Err(error) => Err(OpeningError::Handshake(Box::new(error))),
+        }
     }
 }
 
-impl Transport for WebSocket {
-    async fn observe(&mut self) -> Result<Observation, ExchangeError> {
-        self.http.observe().await
-    }
+impl Opener for WebSocket {
+    type Channel = Socket;
 
-    async fn open(&mut self, _: u16) {
-        self.line = self.opening();
-        let limit = self.timeout;
-        let opened = poll_fn(|context| {
-            self.advance(context);
-            match self.line {
-                Line::Opening(_) => Poll::Pending,
-                _ => Poll::Ready(()),
-            }
-        });
-        // It goes on with a command.
-        let _ = timeout(limit, opened).await;
-    }
-
-    fn send(&mut self, command: Command) {
-        self.under_way.add(command);
-        // As much as can be done at once; whoever polls for ends is woken for the rest.
-        let mut context = Context::from_waker(Waker::noop());
-        match &mut self.line {
-            Line::Open(socket) if socket.is_free() => {
-                // A failure will be found again, after what the plant said has been read.
-                let _ = socket.poll_send(&mut context, &mut self.under_way);
-            }
-            _ => self.advance(&mut context),
-        }
-    }
-
-    fn poll_ended(&mut self, context: &mut Context<'_>) -> Poll<Ended> {
+    async fn open(&self) -> Result<Socket, SocketError> {
         loop {
-            if let Some(ended) = self.ended.pop_front() {
-                return Poll::Ready(ended);
-            }
-            self.advance(context);
-            if self.ended.is_empty() {
-                let seq = ready!(self.under_way.poll_timeout(context));
-                return Poll::Ready(Ended {
-                    seq,
-                    t_ns: now_ns(),
-                    result: Err(ExchangeError::Timeout),
+            if let Ok(result) = timeout(ROUND_TRIPS * self.timeout, self.attempt()).await {
+                let stream = result.map_err(|problem| SocketError::Opening {
+                    url: self.url.clone(),
+                    problem,
+                })?;
+                return Ok(Socket {
+                    stream,
+                    wording: self.wording,
+                    is_full: false,
                 });
             }
         }
     }
+}
 
-    async fn close(self) {
-        if let Line::Open(socket) = self.line {
-            let _ = timeout(LEAVE, socket.leave()).await;
+impl Channel for Socket {
+    fn is_free(&self) -> bool {
+        !self.is_full
+    }
+
+    fn poll_send(
+        &mut self,
+        context: &mut Context<'_>,
+        under_way: &mut UnderWay,
+    ) -> Result<(), SocketError> {
+        loop {
+            if self.is_full {
+                match Pin::new(&mut self.stream).poll_flush(context) {
+                    Poll::Pending => return Ok(()),
+                    Poll::Ready(flushed) => flushed.map_err(SocketError::broken)?,
+                }
+                self.is_full = false;
+            }
+            let Some(command) = under_way.take_unsent() else {
+                return Ok(());
+            };
+            // Each is sent by itself, like a request.
+            let message = Message::text(self.wording.command(&command));
+            Pin::new(&mut self.stream)
+                .start_send(message)
+                .map_err(SocketError::broken)?;
+            self.is_full = true;
         }
-        self.http.close().await;
+    }
+
+    fn poll_answer(&mut self, context: &mut Context<'_>) -> Poll<Result<Answer, SocketError>> {
+        loop {
+            let message = ready!(Pin::new(&mut self.stream).poll_next(context));
+            let why = match message {
+                Some(Ok(Message::Text(text))) => match self.wording.answer(&text) {
+                    Ok(answer) => return Poll::Ready(Ok(answer)),
+                    Err(error) => SocketError::Invalid(error),
+                },
+                Some(Ok(Message::Binary(_))) => SocketError::Binary,
+                Some(Ok(Message::Close(None))) => SocketError::Closed,
+                Some(Ok(Message::Close(Some(CloseFrame { code, reason })))) => {
+                    SocketError::ClosedFor {
+                        code: code.into(),
+                        reason: excerpt(&reason),
+                    }
+                }
+                Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Frame(_))) => continue,
+                Some(Err(error)) => SocketError::broken(error),
+                None => SocketError::HungUp,
+            };
+            return Poll::Ready(Err(why));
+        }
+    }
+
+    /// Closes the socket by the protocol: each side sends a close frame, then the plant closes the
+    /// connection. If the plant began, this is the answer.
+    async fn leave(mut self) {
+        let farewell = CloseFrame {
+            code: CloseCode::Normal,
+            reason: "".into(),
+        };
+        let sent = self.stream.send(Message::Close(Some(farewell))).await;
+        if sent.is_ok() {
+            while let Some(Ok(_)) = self.stream.next().await {}
+        }
     }
 }

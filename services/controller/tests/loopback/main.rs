@@ -8,8 +8,11 @@
 #![allow(clippy::print_stdout)]
 
 mod answering;
+mod datagram;
 mod errors;
+mod every;
 mod http;
+mod line;
 mod outcome;
 mod scripted;
 mod session;
@@ -27,6 +30,11 @@ const MS: u64 = 1_000_000;
 
 fn main() -> ExitCode {
     let tests = serial::tests![
+        datagram::a_datagram_that_is_lost_is_a_message_without_an_answer,
+        every::the_loop_settles_at_its_reference_by_every_transport,
+        every::an_open_loop_is_acknowledged_by_every_transport,
+        every::what_a_transport_cannot_do_is_said_before_the_run,
+        every::a_plant_that_takes_no_datagrams_is_said,
         errors::no_bad_answer_is_used_and_each_is_counted,
         http::the_paper_s_loop_settles_at_its_reference_at_333_hz_and_1_khz,
         http::a_new_connection_for_each_message_is_a_new_connection_for_each_message,
@@ -34,6 +42,8 @@ fn main() -> ExitCode {
         http::a_silent_plant_is_timeouts_and_a_full_client_misses,
         http::what_cannot_be_reached_or_is_no_address_is_named,
         http::a_controller_that_is_told_to_end_keeps_its_rows,
+        line::the_plant_s_last_line_is_the_reason_and_the_next_command_connects_again,
+        line::answers_in_any_order_and_empty_lines_between_them_are_taken,
         outcome::whatever_a_plant_says_each_message_has_its_end_and_a_failure_its_words,
         session::a_controller_claims_the_plant_and_gives_it_back,
         session::a_controller_that_is_not_told_to_claim_is_refused_every_message,
@@ -46,7 +56,6 @@ fn main() -> ExitCode {
         websocket::a_refusal_is_said,
         websocket::commands_wait_for_one_attempt_to_connect_and_each_by_its_own_timeout,
         websocket::a_websocket_with_a_connection_for_each_message_is_refused,
-        websocket::the_loop_settles_at_its_reference_over_a_websocket,
     ];
     serial::run(tests, || None)
 }

@@ -18,24 +18,38 @@ fn safe() -> PlantSettings {
 }
 
 pub(crate) fn a_controller_claims_the_plant_and_gives_it_back() {
-    for transport in [Transport::Http, Transport::WebSocket] {
+    for transport in [
+        Transport::Http,
+        Transport::Json,
+        Transport::Tcp,
+        Transport::WebSocket,
+    ] {
+        // An object has no checksum.
+        let check_sums = transport != Transport::Json;
         let folder = tempfile::tempdir().expect("a temporary folder");
         let settings = ControllerSettings {
             transport,
             ..Preset::PaperPython.settings(Mode::Closed, h(5))
         };
         let out = folder.path();
-        let (reports, plant) = with_settings(out, safe(), |address| {
-            // One after the other, the second at once: the first has given the plant back.
-            ["first", "second"].map(|name| {
-                let config = Config {
-                    claim: true,
-                    check: true,
-                    ..config(&out.join(name), address, settings, 500)
-                };
-                drive(&config).expect("a run without errors")
-            })
-        });
+        let (reports, plant) = with_settings(
+            out,
+            PlantSettings {
+                check: check_sums,
+                ..safe()
+            },
+            |address| {
+                // One after the other, the second at once: the first has given the plant back.
+                ["first", "second"].map(|name| {
+                    let config = Config {
+                        claim: true,
+                        check: check_sums,
+                        ..config(&out.join(name), address, settings, 500)
+                    };
+                    drive(&config).expect("a run without errors")
+                })
+            },
+        );
         for (report, name) in reports.iter().zip(["first", "second"]) {
             let messages: Vec<MessageRow> = rows(&out.join(name).join("messages.csv"));
             check(report, &messages, 100);

@@ -1,11 +1,9 @@
-//! Messages over a WebSocket, against a plant by script, and against the real one.
+//! Messages over a WebSocket, against a plant by script.
 
 use std::{sync::mpsc, time::Duration};
 
 use controller::{Config, DriveError};
-use endpoint::{
-    Connection, ControllerSettings, MessageOutcome, MessageRow, Mode, Preset, TickRow, report,
-};
+use endpoint::{Connection, ControllerSettings, MessageOutcome, MessageRow, Mode, Preset, report};
 use tokio_tungstenite::tungstenite::{
     Message,
     protocol::{CloseFrame, frame::coding::CloseCode},
@@ -14,7 +12,6 @@ use tokio_tungstenite::tungstenite::{
 use crate::{
     MS, check, config, drive, h, rows,
     scripted::{Meet, Script, Socket, Then, with_script},
-    with_plant,
 };
 
 fn settings() -> ControllerSettings {
@@ -233,24 +230,4 @@ pub(crate) fn a_websocket_with_a_connection_for_each_message_is_refused() {
     let error = drive(&config).expect_err("it makes no sense");
     assert!(matches!(error, DriveError::Conflict(_)), "{error}");
     assert!(!folder.path().join("messages.csv").exists());
-}
-
-pub(crate) fn the_loop_settles_at_its_reference_over_a_websocket() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let settings = Preset::Socket.settings(Mode::Closed, h(10));
-    let (report, plant) = with_plant(folder.path(), h(10), |address| {
-        drive(&config(folder.path(), address, settings, 3000)).expect("a run without errors")
-    });
-    let messages: Vec<MessageRow> = rows(&folder.path().join("messages.csv"));
-    check(&report, &messages, 300);
-    assert_eq!(report.first_failure, None);
-    assert_eq!(plant.arrivals, report.counts.sent);
-    let ticks: Vec<TickRow> = rows(&folder.path().join("ticks.csv"));
-    let tail: Vec<f64> = ticks
-        .iter()
-        .filter(|row| (report.stop_ns - 1000 * MS..report.stop_ns).contains(&row.t_due_ns))
-        .map(|row| row.y)
-        .collect();
-    let mean = tail.iter().sum::<f64>() / tail.len() as f64;
-    assert!((mean - 1.0).abs() < 0.02, "mean of the last second {mean}");
 }

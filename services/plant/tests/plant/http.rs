@@ -118,7 +118,8 @@ fn bad_requests_are_refused_by_name_and_leave_the_input_alone() {
         (plain(&format!("/{}", "a".repeat(2000))), 414, "1024"),
         (plain(&format!("/{}", "a".repeat(70_000))), 431, ""),
         (plain("/motor"), 404, "/closed, /open, /state"),
-        (method("POST"), 405, "use GET"),
+        (method("POST"), 400, "in a body of JSON"),
+        (method("PUT"), 405, "use GET, POST"),
         (method("HEAD"), 405, ""),
         (method("BREW"), 405, "BREW"),
         // Also with a body, which another method could have.

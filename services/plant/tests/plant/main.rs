@@ -5,10 +5,13 @@
 
 mod again;
 mod age;
+mod datagram;
 mod errors;
 mod foreign;
 mod framing;
 mod http;
+mod json;
+mod line;
 mod mutation;
 mod page;
 mod safe;

@@ -5,6 +5,9 @@ use std::fmt::Write;
 /// The header that carries a session's token.
 const SESSION: &str = "webloop-session";
 
+/// Any form of an answer will do.
+pub(crate) const ANY: &str = "*/*";
+
 /// A request to the plant.
 #[derive(Debug)]
 pub(crate) struct Request<'a> {
@@ -13,7 +16,9 @@ pub(crate) struct Request<'a> {
     /// The session to which it belongs.
     pub(crate) token: Option<&'a str>,
     /// JSON to post; without it, the request is a GET.
-    pub(crate) body: Option<&'static str>,
+    pub(crate) body: Option<&'a str>,
+    /// In which forms it may be answered.
+    pub(crate) accept: &'static str,
 }
 
 impl Request<'_> {
@@ -29,7 +34,7 @@ impl Request<'_> {
                 text.push_str(part);
             }
         }
-        for part in ["accept: */*\r\nhost: ", host, "\r\n"] {
+        for part in ["accept: ", self.accept, "\r\nhost: ", host, "\r\n"] {
             text.push_str(part);
         }
         let body = self.body.unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The messages of a socket: those that wait for it, and those that wait for their answers.
+//! The messages of one connection, or of none: those that wait to be sent, and those that wait for their answers.
 
 use std::{
     collections::VecDeque,
@@ -19,7 +19,7 @@ struct Waiting {
 
 /// All messages that have not ended.
 #[derive(Debug)]
-pub(super) struct UnderWay {
+pub(crate) struct UnderWay {
     timeout: Duration,
     /// In the order of their commands, so mostly answered from the front, and by the same timeout.
     waiting: VecDeque<Waiting>,
@@ -30,7 +30,7 @@ pub(super) struct UnderWay {
 }
 
 impl UnderWay {
-    pub(super) fn new(timeout: Duration) -> Self {
+    pub(crate) fn new(timeout: Duration) -> Self {
         Self {
             timeout,
             waiting: VecDeque::new(),
@@ -40,7 +40,7 @@ impl UnderWay {
     }
 
     /// Adds a message, from now on for its timeout.
-    pub(super) fn add(&mut self, command: Command) {
+    pub(crate) fn add(&mut self, command: Command) {
         self.waiting.push_back(Waiting {
             command,
             until: Instant::now() + self.timeout,
@@ -48,13 +48,13 @@ impl UnderWay {
         self.unsent += 1;
     }
 
-    pub(super) fn has_unsent(&self) -> bool {
+    pub(crate) fn has_unsent(&self) -> bool {
         self.unsent > 0
     }
 
     /// The next command to send, which then is sent. After a stall, commands that nobody waits for any more are not
     /// among them, as a request over HTTP ends with its timeout.
-    pub(super) fn take_unsent(&mut self) -> Option<Command> {
+    pub(crate) fn take_unsent(&mut self) -> Option<Command> {
         let place = self.waiting.len() - self.unsent;
         let waiting = self.waiting.get(place)?;
         self.unsent -= 1;
@@ -62,7 +62,7 @@ impl UnderWay {
     }
 
     /// Takes notice of an answer; whether a message waited for it.
-    pub(super) fn answered(&mut self, seq: u64) -> bool {
+    pub(crate) fn answered(&mut self, seq: u64) -> bool {
         let sent = self.waiting.len() - self.unsent;
         let mut places = self.waiting.iter().take(sent);
         let place = places.position(|waiting| waiting.command.seq == seq);
@@ -70,13 +70,13 @@ impl UnderWay {
     }
 
     /// Ends all messages; their numbers.
-    pub(super) fn give_up(&mut self) -> impl Iterator<Item = u64> {
+    pub(crate) fn give_up(&mut self) -> impl Iterator<Item = u64> {
         self.unsent = 0;
         self.waiting.drain(..).map(|waiting| waiting.command.seq)
     }
 
     /// The number of the next message that ends by its timeout; that message has ended then.
-    pub(super) fn poll_timeout(&mut self, context: &mut Context<'_>) -> Poll<u64> {
+    pub(crate) fn poll_timeout(&mut self, context: &mut Context<'_>) -> Poll<u64> {
         loop {
             let Some(first) = self.waiting.front() else {
                 return Poll::Pending;
