@@ -7,7 +7,7 @@
 //!   (Figures 3 and 4), `settling` (5 and 6), `plant` (7), `interval` (8 and 9), `age` and `way` (the text);
 //! - `remark`: what is said beyond the numbers, in the same files;
 //! - `odd`: what judges the claims that are no rows: `ping`, from the series in `echo`, Table 2; `together`, with
-//!   `rare` for small counts, Table 3; `order`; `question`; `constant`.
+//!   `rare` for small counts, Table 3; `order`; `constant`.
 //!
 //! `metric` is what a figure is, `source` a group of runs; `evidence` makes a finding of parts; `words` has numbers
 //! and parts as text. The one rule that judges every
@@ -27,7 +27,6 @@ mod order;
 mod pace;
 mod ping;
 mod plant;
-mod question;
 mod rare;
 mod remark;
 mod row;

@@ -17,7 +17,6 @@ pub(super) struct Evidence {
     few: Vec<String>,
     notes: Vec<String>,
     explanations: Vec<String>,
-    reason: Option<String>,
 }
 
 impl Evidence {
@@ -80,11 +79,6 @@ impl Evidence {
         }
     }
 
-    /// Says this in the place of all sentences.
-    pub(super) fn say(&mut self, reason: String) {
-        self.reason = Some(reason);
-    }
-
     /// Adds a sentence for the case that the claim differs.
     pub(super) fn explain(&mut self, sentence: impl Into<String>) {
         let sentence = sentence.into();
@@ -112,7 +106,7 @@ impl Evidence {
         }
         Finding {
             verdict,
-            reason: self.reason.unwrap_or_else(|| sentences.join(" ")),
+            reason: sentences.join(" "),
             parts: self.deciding.into_iter().chain(self.beside).collect(),
             runs: self.runs,
             ..claim

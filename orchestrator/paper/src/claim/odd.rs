@@ -6,7 +6,6 @@ use record::ReadError;
 use serde::Deserialize;
 
 use super::evidence::Evidence;
-use super::question::OpenQuestion;
 use super::{constant, order, ping, together};
 use crate::subject::Topology;
 
@@ -26,8 +25,6 @@ pub(super) enum Odd {
     OutOfOrder,
     /// The motor's time constant.
     TimeConstant,
-    /// What the paper leaves for later.
-    OpenQuestion(OpenQuestion),
 }
 
 impl Odd {
@@ -40,7 +37,6 @@ impl Odd {
             Odd::CoarseStamps => return together::coarse(campaign),
             Odd::OutOfOrder => order::out_of_order(campaign),
             Odd::TimeConstant => constant::of_the_motor(),
-            Odd::OpenQuestion(question) => question.judge(campaign),
         }))
     }
 }

@@ -136,7 +136,6 @@ fn without_runs_no_claim_agrees_or_differs() {
         for finding in board(&Lab::new(experiment)) {
             let id = finding.id;
             let due = match id {
-                "future-kalman" => Verdict::CannotBeTold,
                 // It is asked of the paper's own transfer function.
                 "text-time-constant" => Verdict::Differs,
                 _ => Verdict::NotRun,

@@ -208,7 +208,7 @@ fn jobs_share_out_the_cells_by_topology_each_to_one_job() {
     let mut sizes: Vec<_> = some.iter().map(|job| job.cells.len()).collect();
     sizes.sort_unstable();
     // Native and Python, and both browsers, three of each; and those over packets that overtake each other.
-    assert_eq!(sizes, [12 + 6 + 6, 24, 6 + 20 + 6]);
+    assert_eq!(sizes, [16, 12 + 6 + 6, 6 + 20 + 6]);
 }
 
 /// A topology's name, where the part is one and its profile says what it is.
