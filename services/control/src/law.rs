@@ -131,6 +131,13 @@ impl Law {
         }
     }
 
+    /// Whether its gains follow from how old each output is: then it is no linear law of constant numbers, and what
+    /// analysis says is of the one that assumes an age.
+    #[must_use]
+    pub fn measures_ages(&self) -> bool {
+        matches!(self, Self::Aged(_))
+    }
+
     /// Number of outputs that it expects, and of inputs that it gives.
     #[must_use]
     pub fn signals(&self) -> (usize, usize) {

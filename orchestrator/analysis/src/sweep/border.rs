@@ -15,7 +15,8 @@ const MS_PER_S: f64 = 1e3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
     /// Analysis has no answer: it covers one request under way or any number of them, but not a few;
-    /// or the loop depends on too many past ticks, or its figures cannot be known to three digits.
+    /// or the loop depends on too many past ticks, or its figures cannot be known to three digits; or its law
+    /// measures how old outputs are.
     Unknown,
     /// The loop is unstable even at the shortest round trip.
     None,
@@ -71,6 +72,9 @@ pub fn limit(point: &Point) -> Limit {
     let Ok(own) = point.design() else {
         return Limit::Unknown;
     };
+    if own.law.measures_ages() {
+        return Limit::Unknown;
+    }
     let told = match point.outstanding {
         Outstanding::Unlimited => own
             .open()
