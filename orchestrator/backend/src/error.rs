@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use plan::NoSystem;
+use plan::system::Unfit;
 use record::ReadError;
 use record::folder::Unwritable;
 
@@ -33,8 +34,8 @@ pub enum RunError {
     #[error(transparent)]
     System(#[from] NoSystem),
     /// The cell's system cannot run at its sample time.
-    #[error("{0}")]
-    Unfit(String),
+    #[error(transparent)]
+    Unfit(#[from] Unfit),
     /// The link could not be made, or what plays it failed.
     #[error("{0}")]
     Link(String),

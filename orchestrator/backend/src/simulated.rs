@@ -14,7 +14,7 @@ use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, Tic
 use link::certificate::{Echo, LinkReport};
 use link::{PacketRow, Profile, Way};
 use plan::series::Spacing;
-use plan::system::{System, Unfit};
+use plan::system::System;
 use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, file_name};
 use record::{FileFact, Held, ModelController, ModelPlant, Tally, folder};
 use serde::Serialize;
@@ -58,7 +58,7 @@ pub(crate) fn run(
     }
     let faults = texts.end_faults;
     let Some(program) = texts.plant_program else {
-        let plant = system.at(h).map_err(unfit)?.plant;
+        let plant = system.at(h)?.plant;
         let plant = plant.stepper_from(system.x0());
         return match around {
             None => run_with(plant, system, cell, profile, faults, timing, folder),
@@ -78,11 +78,6 @@ pub(crate) fn run(
     }
 }
 
-#[allow(clippy::needless_pass_by_value)]
-fn unfit(unfit: Unfit) -> RunError {
-    RunError::Unfit(unfit.to_string())
-}
-
 /// Simulates a cell whose plant is `plant`.
 fn run_with<M: Model + Clone>(
     plant: M,
@@ -94,7 +89,7 @@ fn run_with<M: Model + Clone>(
     folder: &Path,
 ) -> Result<Seen, RunError> {
     let h = cell.settings.h;
-    let (law, _) = system.law_at(h).map_err(unfit)?;
+    let (law, _) = system.law_at(h)?;
     // The start of the last series is not known yet.
     let planned = [
         Spacing::Wide.empty(0),

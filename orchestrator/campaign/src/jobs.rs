@@ -2,7 +2,6 @@
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use plan::{Cell, Verdict};
 use record::Manifest;
@@ -37,38 +36,30 @@ pub fn run<'a>(
     stop: &AtomicBool,
     progress: &dyn Progress,
 ) -> Result<Vec<&'a Cell>, Error> {
-    let disturbed = Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
+    let mut disturbed = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..queue.workers())
             .map(|_| {
                 scope.spawn(|| {
+                    let mut disturbed = Vec::new();
                     while let Some(turn) = queue.next(stop) {
                         let outcome = run_one(&turn, campaign, program, tries, stop, progress);
                         queue.end();
                         if outcome? == Verdict::Disturbed && turn.together > 1 {
-                            let mut disturbed = lock(&disturbed);
                             disturbed.push(turn.cell);
                         }
                     }
-                    Ok::<_, Error>(())
+                    Ok::<_, Error>(disturbed)
                 })
             })
             .collect();
-        workers.into_iter().try_for_each(|worker| {
-            worker
-                .join()
-                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        workers.into_iter().try_fold(Vec::new(), |mut all, worker| {
+            let ended = worker.join();
+            all.extend(ended.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
+            Ok::<_, Error>(all)
         })
     })?;
-    let mut disturbed = disturbed
-        .into_inner()
-        .unwrap_or_else(PoisonError::into_inner);
     disturbed.sort_by_key(|cell| (cell.repeat, cell.index));
     Ok(disturbed)
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Runs one cell.

@@ -43,11 +43,31 @@ impl<'a> Group<'a> {
             .filter(|median| median.value.is_finite())
     }
 
+    /// The same of a figure that has to be read.
+    ///
+    /// # Errors
+    /// The first of `figure`.
+    pub fn try_median<E>(
+        &self,
+        figure: impl Fn(&Run) -> Result<Option<f64>, E>,
+    ) -> Result<Option<Estimate>, E> {
+        let values = self.runs.iter().map(|run| figure(run));
+        let values = values.collect::<Result<Vec<_>, E>>()?;
+        let median = self.median_of(&values);
+        Ok(median.filter(|median| median.value.is_finite()))
+    }
+
     /// The median of a figure that runs may never reach: infinite if half of them did not, as a step
     /// that never settled is later than any other.
     pub fn median_or_never(&self, figure: impl Fn(&Run) -> Option<f64>) -> Option<Estimate> {
-        let value = |run: &&Run| figure(run).unwrap_or(f64::INFINITY);
-        let values: Vec<f64> = self.runs.iter().map(value).collect();
+        let values: Vec<_> = self.runs.iter().map(|run| figure(run)).collect();
+        self.median_of(&values)
+    }
+
+    /// The median of a value for each run.
+    fn median_of(&self, values: &[Option<f64>]) -> Option<Estimate> {
+        let value = |value: &Option<f64>| value.unwrap_or(f64::INFINITY);
+        let values: Vec<f64> = values.iter().map(value).collect();
         // One run that was made several times is no sample of anything.
         let is_one = is_one_run(self.runs.iter().map(|run| &run.summary));
         let distinct = if is_one { &values[..1] } else { &values };

@@ -134,7 +134,7 @@ impl Law {
     /// Whether its gains follow from how old each output is: then it is no linear law of constant numbers, and what
     /// analysis says is of the one that assumes an age.
     #[must_use]
-    pub fn measures_ages(&self) -> bool {
+    pub fn measures_age(&self) -> bool {
         matches!(self, Self::Aged(_))
     }
 

@@ -72,7 +72,7 @@ pub fn limit(point: &Point) -> Limit {
     let Ok(own) = point.design() else {
         return Limit::Unknown;
     };
-    if own.law.measures_ages() {
+    if own.law.measures_age() {
         return Limit::Unknown;
     }
     let told = match point.outstanding {

@@ -34,11 +34,8 @@ fn it_is_so_for_every_built_in_system_that_a_sweep_takes() {
     let is_taken = |name: &&str| {
         let text = System::built_in(name).expect("built in");
         let system = System::read(text).expect("built in");
-        let law = system
-            .law_at("10ms".parse().expect("a time"))
-            .expect("a law");
         // Of a law that measures ages there is no limit by analysis.
-        system.is_single() && system.surroundings().is_none() && !law.0.measures_ages()
+        system.is_single() && system.surroundings().is_none() && !system.measures_age()
     };
     for name in System::built_in_names().filter(is_taken) {
         for outstanding in ["unlimited", "1"] {

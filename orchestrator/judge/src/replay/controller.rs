@@ -36,7 +36,7 @@ pub(super) fn replay(both: &Both<'_>, plant: &Plant) -> (u64, Option<Other>) {
         last: None,
         arrived: both.arrivals.iter().map(|row| (row.seq, row.u)).collect(),
         rows: rows.clone(),
-        held: if matches!(law, Law::Aged(_)) {
+        held: if law.measures_age() {
             HeldCommands::of(both.arrivals)
         } else {
             HeldCommands::default()
@@ -167,7 +167,7 @@ impl<'a> Controller<'a> {
                 self.law.update(row.r, LawInput { y, times }, dt_s)
             }
         };
-        if matches!(self.law, Law::Aged(_)) {
+        if self.law.measures_age() {
             self.sent.insert(row.seq, due);
         }
         let is_rounded =
@@ -196,7 +196,7 @@ impl<'a> Controller<'a> {
     /// What the law has beside the outputs; only one that measures their age is asked, since older rows do not say
     /// which answer brought them.
     fn times(&self, row: &MessageRow, send_ns: u64) -> Option<Moment> {
-        if !matches!(self.law, Law::Aged(_)) {
+        if !self.law.measures_age() {
             return None;
         }
         let brought = row.y_seq.and_then(|seq| self.row(seq));

@@ -6,12 +6,11 @@ use analysis::statistics::upper_median;
 use record::ReadError;
 
 use super::metric::Metric;
-use super::way;
 
 pub(super) const FIGURES: &[Metric] = &[Metric::group(
     "from a measurement to the effect of its command",
     "ms",
-    |source| way::median(source, from_measurement_ms),
+    |source| source.group.try_median(from_measurement_ms),
 )];
 
 /// The median over a run's samples, ms.

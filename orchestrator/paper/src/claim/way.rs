@@ -7,8 +7,6 @@ use endpoint::MessageRow;
 use record::{ReadError, rows};
 
 use super::metric::Metric;
-use super::source::Source;
-use report::group::Estimate;
 
 /// Two ways differ if they do by over a part of their mean: one in so many.
 const DIFFER: f64 = 10.0;
@@ -20,35 +18,31 @@ pub(super) const FIGURES: &[Metric] = &[
     Metric::group(
         "rank correlation of the two ways of a message",
         "",
-        |source| median(source, |run| Ok(correlation(&Ways::read(run)?.each_ns))),
+        |source| {
+            source
+                .group
+                .try_median(|run| Ok(correlation(&Ways::read(run)?.each_ns)))
+        },
     ),
     Metric::group(
         "share of messages whose two ways differ by over a tenth",
         "",
-        |source| median(source, |run| Ok(Ways::read(run)?.differing())),
+        |source| {
+            source
+                .group
+                .try_median(|run| Ok(Ways::read(run)?.differing()))
+        },
     ),
     Metric::group(
         "share of intervals that shrank on their way by over h/10",
         "",
         |source| {
-            median(source, |run| {
-                Ok(Ways::read(run)?.shrunk(run.cell.settings.h.ns()))
-            })
+            source
+                .group
+                .try_median(|run| Ok(Ways::read(run)?.shrunk(run.cell.settings.h.ns())))
         },
     ),
 ];
-
-/// The median over the runs of a group of a number that is read from rows.
-pub(super) fn median(
-    source: &Source<'_>,
-    number: impl Fn(&Run) -> Result<Option<f64>, ReadError>,
-) -> Result<Option<Estimate>, ReadError> {
-    let numbers = source.group.runs.iter().map(|run| number(run));
-    let numbers = numbers.collect::<Result<Vec<_>, _>>()?;
-    Ok(Estimate::median(
-        &numbers.into_iter().flatten().collect::<Vec<_>>(),
-    ))
-}
 
 /// The messages of a run that were answered, in order of sending.
 #[derive(Debug, Default)]

@@ -119,7 +119,7 @@ fn borne(campaign: &Campaign, cell: &Cell) -> Bears {
         own.map_err(|unfit| unfit.to_string())
     });
     let limit_s = own.and_then(|own| match cell.settings.outstanding {
-        _ if own.law.measures_ages() => Err("its filter measures how old outputs are".to_owned()),
+        _ if own.law.measures_age() => Err("its filter measures how old outputs are".to_owned()),
         // Who waits for each answer also commands less often the longer that takes.
         Outstanding::ONE => largest_stable_blocking_round_trip_s(&own.plant, &own.law)
             .map_err(|untold| untold.to_string()),
