@@ -3,8 +3,11 @@
 //! Read as strictly as a query: each field once and no other, numbers finite, and an object, where serde would take a
 //! list of the fields' values too.
 
+use std::fmt;
+
 use control::Signals;
-use serde::{Deserialize, de::DeserializeOwned};
+use serde::de::{DeserializeOwned, Error, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer};
 
 use crate::message::{Answer, Command, Request};
 use crate::query::{InvalidMessage, MAX_BYTES};
@@ -18,10 +21,47 @@ const WHY_CHARS: usize = 100;
 #[serde(deny_unknown_fields)]
 struct RequestFields {
     #[serde(default)]
-    seq: Option<u64>,
+    seq: Option<WholeNumber>,
     #[serde(default)]
-    t_send_ns: Option<u64>,
+    t_send_ns: Option<WholeNumber>,
     u: Signals,
+}
+
+/// A whole number from 0 to 2^64 - 1. JSON knows no other numbers than numbers, so `7.0` is one too.
+struct WholeNumber(u64);
+
+impl<'de> Deserialize<'de> for WholeNumber {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NumberVisitor;
+        impl Visitor<'_> for NumberVisitor {
+            type Value = WholeNumber;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "a whole number from 0 to {}", u64::MAX)
+            }
+
+            fn visit_u64<E: Error>(self, number: u64) -> Result<WholeNumber, E> {
+                Ok(WholeNumber(number))
+            }
+
+            fn visit_i64<E: Error>(self, number: i64) -> Result<WholeNumber, E> {
+                let number = u64::try_from(number);
+                let wrong = |_| E::invalid_value(Unexpected::Other("a number below 0"), &self);
+                number.map(WholeNumber).map_err(wrong)
+            }
+
+            fn visit_f64<E: Error>(self, number: f64) -> Result<WholeNumber, E> {
+                /// The least that is too great.
+                const END: f64 = u64::MAX as f64;
+                if (0.0..END).contains(&number) && number.fract() == 0.0 {
+                    Ok(WholeNumber(number as u64))
+                } else {
+                    Err(E::invalid_type(Unexpected::Float(number), &self))
+                }
+            }
+        }
+        deserializer.deserialize_any(NumberVisitor)
+    }
 }
 
 /// A command as an object.
@@ -36,7 +76,11 @@ pub fn command(command: &Command) -> String {
 /// [`InvalidMessage::TooLong`], or [`InvalidMessage::Json`] with what is wrong and where.
 pub fn request(text: &[u8]) -> Result<Request, InvalidMessage> {
     let RequestFields { seq, t_send_ns, u } = object(text)?;
-    Ok(Request { seq, t_send_ns, u })
+    Ok(Request {
+        seq: seq.map(|whole| whole.0),
+        t_send_ns: t_send_ns.map(|whole| whole.0),
+        u,
+    })
 }
 
 /// Reads the answer to `command`.
@@ -96,6 +140,9 @@ mod tests {
         let long = format!("{{\"u\":1{}}}", " ".repeat(MAX_BYTES));
         let error = request(long.as_bytes()).expect_err("long");
         assert!(matches!(error, InvalidMessage::TooLong { .. }));
+        let floats = request(br#"{"u":1,"seq":7.0,"t_send_ns":1e3}"#).expect("whole numbers");
+        assert_eq!((floats.seq, floats.t_send_ns), (Some(7), Some(1_000)));
+        assert!(request(br#"{"u":1,"seq":18446744073709551616}"#).is_err());
         let simple = request(b" {\"u\":[1,-2]}").expect("a command");
         assert_eq!((simple.seq, simple.u.second), (None, Some(-2.0)));
     }
