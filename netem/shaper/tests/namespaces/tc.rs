@@ -222,6 +222,11 @@ fn play_and_judge(name: &str, cell: TcCell) -> Result<(), String> {
         );
     }
     let another = certify_within(&echoes, wrong, baseline, edge);
-    assert_ne!(another.verdict, Verdict::Holds, "another seed is found out");
-    held(&certificate)
+    held(&certificate)?;
+    // Changes that come late let an echo take the time of the level before or of the one after, and with many of
+    // them any seed's levels explain what was measured.
+    if another.verdict == Verdict::Holds {
+        return Err(format!("another seed's link would hold too: {another:?}"));
+    }
+    Ok(())
 }

@@ -56,10 +56,19 @@ pub(crate) fn a_controller_claims_the_plant_and_gives_it_back() {
             assert_eq!(report.first_failure, None, "{transport}");
             assert_eq!(report.counts.answered, report.counts.sent, "{transport}");
         }
-        assert_eq!((plant.sessions, plant.refused), (2, 0), "{transport}");
+        // A machine that stands still lets a message by a newer connection come first, and the older is stale.
+        let stale = plant.refusals.get("stale").copied().unwrap_or_default();
+        assert_eq!((plant.sessions, plant.refused), (2, stale), "{transport}");
+        let has_many = matches!(transport, Transport::Http | Transport::Json);
+        assert!(
+            stale == 0 || has_many,
+            "{transport}: one connection keeps the order"
+        );
         let arrivals: Vec<ArrivalRow> = rows(&out.join("arrivals.csv"));
-        let is_applied = |row: &ArrivalRow| row.outcome == ArrivalOutcome::Applied;
-        assert!(arrivals.iter().all(is_applied), "{transport}");
+        let is_read = |row: &ArrivalRow| {
+            matches!(row.outcome, ArrivalOutcome::Applied | ArrivalOutcome::Stale)
+        };
+        assert!(arrivals.iter().all(is_read), "{transport}");
         assert!(!out.join("messages.csv").exists(), "its rows stay with it");
     }
 }
