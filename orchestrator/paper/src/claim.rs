@@ -4,7 +4,7 @@
 //! accepted. `entry` reads them, `row` judges them. To add one is to add an entry. Its words are:
 //!
 //! - `figure`: the numbers, which are computed by subject: `pace` (Figure 2), `drift` with the lines of `slope`
-//!   (Figures 3 and 4), `settling` (5 and 6), `plant` (7), `interval` (8 and 9), `age` and `way` (the text);
+//!   (Figures 3 and 4), `settling` (5 and 6), `plant` (7, and the text), `interval` (8 and 9), `age` and `way` (the text);
 //! - `remark`: what is said beyond the numbers, in the same files;
 //! - `odd`: what judges the claims that are no rows: `ping`, from the series in `echo`, Table 2; `together`, with
 //!   `rare` for small counts, Table 3; `order`; `constant`.
@@ -13,7 +13,7 @@
 //! and parts as text. The one rule that judges every
 //! number is [`report::claim::rule`].
 
-mod age;
+pub(crate) mod age;
 mod constant;
 mod drift;
 mod echo;
@@ -26,7 +26,7 @@ mod odd;
 mod order;
 mod pace;
 mod ping;
-mod plant;
+pub(crate) mod plant;
 mod rare;
 mod remark;
 mod row;

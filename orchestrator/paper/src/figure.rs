@@ -7,13 +7,14 @@ mod interval;
 mod lateness;
 mod step;
 mod tick;
+mod transport;
 
 use analysis::Campaign;
 use entry::{Drawn, FigureText};
 use record::ReadError;
 use report::figure::Figure;
 
-/// Figures 2 to 9, in order.
+/// Figures 2 to 9, in order, and what the text alone has.
 ///
 /// # Errors
 /// [`ReadError`] if rows that a figure needs cannot be read.
@@ -25,6 +26,7 @@ pub fn all(campaign: &Campaign) -> Result<Vec<Figure>, ReadError> {
             Drawn::Steps => step::figure,
             Drawn::Ticks => tick::figure,
             Drawn::Intervals => interval::figure,
+            Drawn::Transports => transport::figure,
         };
         let paper = Some(text.paper.as_str());
         let figure = Figure::new(

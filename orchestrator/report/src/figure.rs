@@ -148,7 +148,7 @@ impl Figure {
 
     /// The same figure, whose series also have the colours of the parts of a delay.
     #[must_use]
-    fn with_parts(mut self) -> Figure {
+    pub fn with_parts(mut self) -> Figure {
         self.chart.tones = &TONES_WITH_PARTS;
         self
     }

@@ -13,8 +13,9 @@ pub(super) const FIGURES: &[Metric] = &[Metric::group(
     |source| source.group.try_median(from_measurement_ms),
 )];
 
-/// The median over a run's samples, ms.
-fn from_measurement_ms(run: &Run) -> Result<Option<f64>, ReadError> {
+/// From the tick at which y was measured to the tick at which the u that follows from it took effect: the median over a
+/// run's samples, ms.
+pub(crate) fn from_measurement_ms(run: &Run) -> Result<Option<f64>, ReadError> {
     // The sum needs no link: only its parts do.
     let budget = Budget::through(run, None)?;
     let mut all_ns: Vec<i64> = budget.samples.iter().map(Sample::total_ns).collect();

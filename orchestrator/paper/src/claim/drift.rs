@@ -22,6 +22,15 @@ pub(super) const FIGURES: &[Metric] = &[
     Metric::group("median distance from the line", "ms", |source| {
         Ok(residuals(source)?.map(|about| Estimate::exact(about.p50_ms, about.n)))
     }),
+    Metric::group(
+        "median distance from the line, in sample times",
+        "",
+        |source| {
+            let in_h =
+                |about: Residuals| Estimate::exact(about.p50_ms / 1e3 / source.h_s(), about.n);
+            Ok(residuals(source)?.map(in_h))
+        },
+    ),
     Metric::group("share of messages off the line", "", |source| {
         let share = |about: Residuals| {
             let share = analysis::statistics::share(about.off, about.n)?;

@@ -223,6 +223,7 @@ struct ThanEntry {
     h: Option<SampleTime>,
     with: Option<Changed>,
     figure: Option<Metric>,
+    over: Option<Except>,
     times: Option<f64>,
     #[serde(default)]
     least: f64,
@@ -312,6 +313,7 @@ impl ThanEntry {
                 with: self.with,
             }),
             metric: self.figure.clone(),
+            over: self.over,
             // With `least` alone, the limit is the number's size.
             times: self.times.or((self.least > 0.0).then_some(1.0)),
             least: self.least,

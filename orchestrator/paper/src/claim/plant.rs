@@ -1,4 +1,10 @@
-//! How the server keeps its own sample time: Figure 7.
+//! How the server keeps its own sample time, and what it costs the loop where it does not: Figure 7 and section 4.3.
+
+use std::ops::ControlFlow;
+
+use analysis::Run;
+use endpoint::TickRow;
+use record::{ReadError, rows};
 
 use super::evidence::Evidence;
 use super::metric::Metric;
@@ -27,7 +33,35 @@ pub(super) const FIGURES: &[Metric] = &[
         "",
         |source| Ok(in_10_ms(source).and_then(Count::sampled)),
     ),
+    Metric::group("IAE from the first command on", "s", |source| {
+        source.group.try_median(iae_from_command)
+    }),
 ];
+
+/// The integral of the absolute error from the tick on that took the first command, in units of y times s.
+///
+/// A plant whose ticks are late takes its first command at a tick that was due before it was sent, so that its step
+/// begins earlier by the plant's time. From that tick on, two plants are compared that have the same step before them.
+pub(crate) fn iae_from_command(run: &Run) -> Result<Option<f64>, ReadError> {
+    let iae = |run: &Run| run.metrics.as_ref()?.response?.iae;
+    let Some(iae) = iae(run) else {
+        return Ok(None);
+    };
+    let (lasts_ns, settings) = (run.lasts_ns(), &run.cell.settings);
+    // What was commanded before the first deadline is no command of the run.
+    let (mut earlier, mut open) = (None, 0.0);
+    rows::read_while(&run.folder.join(TickRow::FILE), |row: &TickRow| {
+        if row.t_due_ns < lasts_ns.start {
+            earlier = row.seq;
+        } else if row.seq == earlier {
+            open += (settings.r - row.y).abs() * settings.h.seconds();
+        } else {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    })?;
+    Ok(Some(iae - open))
+}
 
 pub(super) fn note_spread(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     for judged in judged {

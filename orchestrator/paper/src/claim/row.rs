@@ -57,6 +57,8 @@ pub(super) struct Than {
     pub(super) asked: AskedRuns<'static>,
     /// Another figure than the row's.
     pub(super) metric: Option<Metric>,
+    /// Divided by another number than the row's is.
+    pub(super) over: Option<Except>,
     /// The limit is so many times the size of the number.
     pub(super) times: Option<f64>,
     /// And with `times` it is this at least.
@@ -81,12 +83,15 @@ impl Row {
         evidence: &mut Evidence,
     ) -> Result<Judged<'a>, ReadError> {
         let source = Source::of(campaign, self.asked);
-        let mut ours = self.number(campaign, &source, &self.metric)?;
+        let mut ours = number(campaign, &source, &self.metric, self.over)?;
         let mut measured = |than: &Than, limits: fn(Estimate) -> Limits| {
             let other = Source::of(campaign, than.asked);
             evidence.ask(&other);
             let metric = than.metric.as_ref().unwrap_or(&self.metric);
-            let other = self.number(campaign, &other, metric)?;
+            if let Some(over) = than.over {
+                evidence.ask(&Source::of(campaign, than.asked.but(over)));
+            }
+            let other = number(campaign, &other, metric, than.over.or(self.over))?;
             // Without the other group there is no limit to be above or below.
             ours = other.and(ours);
             Ok(other.map_or(than.unknown.into(), |other| limits(than.scaled(other))))
@@ -128,21 +133,6 @@ impl Row {
         })
     }
 
-    /// A figure of a group, divided by that of the runs that it is held against.
-    fn number(
-        &self,
-        campaign: &Campaign,
-        source: &Source<'_>,
-        metric: &Metric,
-    ) -> Result<Option<Estimate>, ReadError> {
-        let ours = metric.of(source)?;
-        let Some(over) = self.over else {
-            return Ok(ours);
-        };
-        let that = metric.of(&Source::of(campaign, source.asked.but(over)))?;
-        Ok(ours.zip(that).and_then(|(ours, that)| ours.times(that)))
-    }
-
     /// What is measured: `settling over that of Python on arima`.
     fn words(&self) -> String {
         let mut words = self.metric.of.clone().into_owned();
@@ -163,6 +153,21 @@ impl Row {
         }
         words
     }
+}
+
+/// A figure of a group, divided by that of the runs that it is held against.
+fn number(
+    campaign: &Campaign,
+    source: &Source<'_>,
+    metric: &Metric,
+    over: Option<Except>,
+) -> Result<Option<Estimate>, ReadError> {
+    let ours = metric.of(source)?;
+    let Some(over) = over else {
+        return Ok(ours);
+    };
+    let that = metric.of(&Source::of(campaign, source.asked.but(over)))?;
+    Ok(ours.zip(that).and_then(|(ours, that)| ours.times(that)))
 }
 
 impl Than {

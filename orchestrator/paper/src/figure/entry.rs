@@ -6,7 +6,7 @@ use analysis::Campaign;
 use endpoint::{Mode, SampleTime};
 use serde::Deserialize;
 
-use crate::subject::{Subject, Topology};
+use crate::subject::{AskedRuns, Changed, Subject, Topology};
 use report::group::Group;
 
 /// A figure, with its panels.
@@ -31,6 +31,7 @@ pub(super) enum Drawn {
     Steps,
     Ticks,
     Intervals,
+    Transports,
 }
 
 /// What one panel shows.
@@ -45,6 +46,9 @@ pub(super) struct PanelEntry {
     #[serde(rename = "where")]
     topology: Topology,
     pub(super) h: SampleTime,
+    /// What is set beside the preset.
+    #[serde(default)]
+    pub(super) with: Changed,
     /// How far the bins of a histogram reach, in h.
     #[serde(default)]
     pub(super) reach: u32,
@@ -77,9 +81,25 @@ impl PanelEntry {
         campaign: &'a Campaign,
         mode: Mode,
     ) -> Vec<(Subject, Group<'a>)> {
-        let group = |who: &Subject| {
-            let group = who.runs(campaign, self.topology(), mode, self.h.ns());
-            (*who, group)
+        self.groups_with(campaign, mode, self.with)
+    }
+
+    /// The same with other settings beside the preset.
+    pub(super) fn groups_with<'a>(
+        &self,
+        campaign: &'a Campaign,
+        mode: Mode,
+        with: Changed,
+    ) -> Vec<(Subject, Group<'a>)> {
+        let group = |subject: &Subject| {
+            let asked = AskedRuns {
+                subject: *subject,
+                topology: self.topology(),
+                mode,
+                h_ns: self.h.ns(),
+                with,
+            };
+            (*subject, asked.group(campaign))
         };
         self.who.iter().map(group).collect()
     }

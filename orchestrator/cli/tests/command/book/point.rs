@@ -1,14 +1,28 @@
-//! Every claim that the program carries has its point on the page about the paper, and every id there is a claim's.
+//! The page about the paper has a row for each point of its text: which claims ask it, and what the kept run of
+//! results/paper says of each. The last column is made from that run's claims.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+
+use report::number::number;
+use serde_json::Value;
 
 use crate::book::page::ROOT;
 
+const PAGE: &str = "docs/paper.md";
+const SECTION: &str = "## Every point of the text";
+
+fn text(path: &str) -> String {
+    fs::read_to_string(format!("{ROOT}/{path}")).expect("in the repository")
+}
+
+/// The ids in a line, in backticks.
+fn ids(line: &str) -> impl Iterator<Item = &str> {
+    line.split('`').skip(1).step_by(2)
+}
+
 #[test]
 fn each_claim_of_the_paper_is_a_point_of_its_page() {
-    let text =
-        |path: &str| fs::read_to_string(format!("{ROOT}/{path}")).expect("in the repository");
     let table: toml::Table = text("orchestrator/paper/claims.toml")
         .parse()
         .expect("TOML");
@@ -16,20 +30,106 @@ fn each_claim_of_the_paper_is_a_point_of_its_page() {
     let claims: BTreeSet<String> = claims
         .filter_map(|claim| Some(claim["id"].as_str()?.to_owned()))
         .collect();
-    let page = text("docs/paper.md");
-    let (_, points) = page
-        .split_once("## Every point of the text")
-        .expect("its section");
-    let named: BTreeSet<String> = points
-        .split('`')
-        .skip(1)
-        .step_by(2)
-        .map(str::to_owned)
-        .collect();
+    let page = text(PAGE);
+    let (_, points) = page.split_once(SECTION).expect("its section");
+    let named: BTreeSet<String> = ids(points).map(str::to_owned).collect();
     assert_eq!(named, claims);
     let numbers = points.lines().filter_map(|line| {
         let (number, _) = line.strip_prefix("| ")?.split_once(" |")?;
         number.parse::<usize>().ok()
     });
     assert!(numbers.eq(1..=39), "39 points, in the paper's order");
+}
+
+#[test]
+fn each_point_says_what_the_kept_run_says_of_its_claims() {
+    let board: Vec<Value> =
+        serde_json::from_str(&text("results/paper/report/claims.json")).expect("JSON");
+    let board: BTreeMap<&str, &Value> = board
+        .iter()
+        .filter_map(|finding| Some((finding["id"].as_str()?, finding)))
+        .collect();
+    let page = text(PAGE);
+    let (before, points) = page.split_once(SECTION).expect("its section");
+    let lines = points.lines().map(|line| match ids(line).next() {
+        Some(_) => with_verdicts(line, &board),
+        None => line.to_owned(),
+    });
+    let told = format!(
+        "{before}{SECTION}{}\n",
+        lines.collect::<Vec<_>>().join("\n")
+    );
+    if std::env::var_os("WEBLOOP_TEST_WRITE").is_some() {
+        fs::write(format!("{ROOT}/{PAGE}"), &told).unwrap();
+    }
+    assert!(
+        text(PAGE) == told,
+        "{PAGE}: WEBLOOP_TEST_WRITE=1 writes it anew"
+    );
+}
+
+/// A row with its last cell made from the board.
+fn with_verdicts(line: &str, board: &BTreeMap<&str, &Value>) -> String {
+    let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+    let [number, point, asked, _] = cells[..] else {
+        panic!("four cells: {line}");
+    };
+    let known = |id: &str| board.get(id).copied();
+    let found: Vec<Option<&Value>> = ids(line).map(known).collect();
+    let words = match found.as_slice() {
+        few if few.len() <= 2 => few
+            .iter()
+            .map(|of| verdict(*of))
+            .collect::<Vec<_>>()
+            .join("; "),
+        many => counted(many),
+    };
+    format!("| {number} | {point} | {asked} | {words} |")
+}
+
+fn word(finding: Option<&Value>) -> String {
+    let verdict = finding.and_then(|finding| finding["verdict"].as_str());
+    match verdict {
+        Some("cannot-be-told") => "undecided".to_owned(),
+        Some("agrees") => "agrees".to_owned(),
+        Some("differs") => "differs".to_owned(),
+        _ => "not run".to_owned(),
+    }
+}
+
+/// A verdict with the first number that has it, beside the paper's: `differs, 0.0036 (paper: 0.25)`.
+fn verdict(finding: Option<&Value>) -> String {
+    let word = word(finding);
+    let parts = finding.and_then(|finding| finding["parts"].as_array());
+    let has_it = |part: &&Value| {
+        let limits = part["accepted"].as_array();
+        let decides = limits.is_some_and(|limits| limits.iter().any(|limit| !limit.is_null()));
+        decides && finding.is_some_and(|finding| part["verdict"] == finding["verdict"])
+    };
+    let Some(part) = parts.and_then(|parts| parts.iter().find(has_it)) else {
+        return word;
+    };
+    let Some(ours) = part["ours"]["value"].as_f64() else {
+        return word;
+    };
+    let unit = part["unit"].as_str().unwrap_or_default();
+    let with_unit = |value: f64| format!("{} {unit}", number(value)).trim_end().to_owned();
+    match part["paper"].as_f64() {
+        Some(paper) => format!("{word}, {} (paper: {})", with_unit(ours), number(paper)),
+        None => format!("{word}, {}", with_unit(ours)),
+    }
+}
+
+/// How many of many have each verdict: `4 agree, 1 differs`.
+fn counted(found: &[Option<&Value>]) -> String {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for finding in found {
+        *counts.entry(word(*finding)).or_default() += 1;
+    }
+    let words = counts.iter().map(|(word, n)| match (word.as_str(), n) {
+        ("agrees", 2..) => format!("{n} agree"),
+        ("differs", 2..) => format!("{n} differ"),
+        (word, n) => format!("{n} {word}"),
+    });
+    words.collect::<Vec<_>>().join(", ")
 }
