@@ -216,7 +216,8 @@ impl Subject {
         self.at(topology, Mode::Open, h_ns)
     }
 
-    const fn at(self, topology: &str, mode: Mode, h_ns: u64) -> AskedRuns<'_> {
+    /// Its runs on one topology, in one mode, at one rate, with nothing beside its preset.
+    pub(crate) const fn at(self, topology: &str, mode: Mode, h_ns: u64) -> AskedRuns<'_> {
         AskedRuns {
             subject: self,
             topology,

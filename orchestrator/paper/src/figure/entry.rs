@@ -92,13 +92,8 @@ impl PanelEntry {
         with: Changed,
     ) -> Vec<(Subject, Group<'a>)> {
         let group = |subject: &Subject| {
-            let asked = AskedRuns {
-                subject: *subject,
-                topology: self.topology(),
-                mode,
-                h_ns: self.h.ns(),
-                with,
-            };
+            let plain = subject.at(self.topology(), mode, self.h.ns());
+            let asked = AskedRuns { with, ..plain };
             (*subject, asked.group(campaign))
         };
         self.who.iter().map(group).collect()

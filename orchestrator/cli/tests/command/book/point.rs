@@ -4,7 +4,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
+use report::claim::Verdict;
 use report::number::number;
+use report::outcome::answered;
+use serde::Deserialize;
 use serde_json::Value;
 
 use crate::book::page::ROOT;
@@ -87,14 +90,10 @@ fn with_verdicts(line: &str, board: &BTreeMap<&str, &Value>) -> String {
     format!("| {number} | {point} | {asked} | {words} |")
 }
 
-fn word(finding: Option<&Value>) -> String {
-    let verdict = finding.and_then(|finding| finding["verdict"].as_str());
-    match verdict {
-        Some("cannot-be-told") => "undecided".to_owned(),
-        Some("agrees") => "agrees".to_owned(),
-        Some("differs") => "differs".to_owned(),
-        _ => "not run".to_owned(),
-    }
+/// The verdict as the report words it.
+fn word(finding: Option<&Value>) -> &'static str {
+    let verdict = finding.and_then(|finding| Verdict::deserialize(&finding["verdict"]).ok());
+    answered(verdict.unwrap_or(Verdict::NotRun))
 }
 
 /// A verdict with the first number that has it, beside the paper's: `differs, 0.0036 (paper: 0.25)`.
@@ -107,10 +106,10 @@ fn verdict(finding: Option<&Value>) -> String {
         decides && finding.is_some_and(|finding| part["verdict"] == finding["verdict"])
     };
     let Some(part) = parts.and_then(|parts| parts.iter().find(has_it)) else {
-        return word;
+        return word.to_owned();
     };
     let Some(ours) = part["ours"]["value"].as_f64() else {
-        return word;
+        return word.to_owned();
     };
     let unit = part["unit"].as_str().unwrap_or_default();
     let with_unit = |value: f64| format!("{} {unit}", number(value)).trim_end().to_owned();
@@ -122,11 +121,11 @@ fn verdict(finding: Option<&Value>) -> String {
 
 /// How many of many have each verdict: `4 agree, 1 differs`.
 fn counted(found: &[Option<&Value>]) -> String {
-    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for finding in found {
         *counts.entry(word(*finding)).or_default() += 1;
     }
-    let words = counts.iter().map(|(word, n)| match (word.as_str(), n) {
+    let words = counts.iter().map(|(word, n)| match (*word, n) {
         ("agrees", 2..) => format!("{n} agree"),
         ("differs", 2..) => format!("{n} differ"),
         (word, n) => format!("{n} {word}"),
