@@ -72,6 +72,15 @@ impl Connecting {
         }
     }
 
+    /// Whether so many messages may follow each other on one connection without waiting for answers.
+    pub(crate) fn is_stream(self, count: usize) -> bool {
+        match self {
+            Connecting::Shared => true,
+            Connecting::Own { .. } => self.most_untold(count) < count,
+            Connecting::Pool { .. } | Connecting::Each | Connecting::None => false,
+        }
+    }
+
     /// Whether what is lost is sent again.
     pub(crate) fn resends(self) -> bool {
         self != Connecting::None

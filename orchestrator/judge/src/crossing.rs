@@ -7,6 +7,7 @@ use plan::evidence::Crossed;
 
 use crate::connecting::{Connecting, Opened};
 use crate::crossed::with_lateness;
+use crate::flight::Flight;
 use crate::lateness::{Lateness, Untold, told};
 use crate::limit::{
     Allowance, LATE_MS, LATE_SHARE_OF_DELAY, QUICKER_MS, READING_SHARE, RESEND_MS, RESENT_MS,
@@ -77,6 +78,8 @@ struct Held<'a> {
     held_until_ns: u64,
     /// Whether messages may share a connection.
     may_share: bool,
+    /// What is under way on it, if they do.
+    flight: Option<Flight>,
     /// Whether more than a tenth of the messages may have opened connections although their rows do not tell.
     opens_often: bool,
     crossed: Crossed,
@@ -129,6 +132,7 @@ impl<'a> Held<'a> {
                 terms.connecting,
                 Connecting::Shared | Connecting::Own { .. }
             ),
+            flight: (terms.connecting.is_stream(count)).then(|| Flight::new(way, terms)),
             opens_often: OFTEN * terms.connecting.most_untold(count) > count,
             crossed: Crossed::default(),
             known: Vec::new(),
@@ -157,6 +161,7 @@ impl<'a> Held<'a> {
             let until_ns = again_ns.saturating_add(ns(self.sender.enters_within_ms));
             self.window(again_ns..until_ns).earliest_ns
         });
+        latest_ns = latest_ns.max(self.held_back_ns(crossing));
         if self.may_share {
             latest_ns = latest_ns.max(self.held_until_ns);
             // A program's messages wait for each other only if they share a connection. Nobody knows whether they
@@ -174,6 +179,21 @@ impl<'a> Held<'a> {
             again_ns,
             is_unsure: self.is_faulty(crossing) || crossing.is_unsure,
             may_stray,
+        }
+    }
+
+    /// When a message leaves at the latest that its stream holds back; 0 if none does.
+    fn held_back_ns(&mut self, crossing: &Crossing) -> u64 {
+        let Some(flight) = &mut self.flight else {
+            return 0;
+        };
+        let (enters_ns, leaves_ns) = (crossing.enters_ns, crossing.leaves_ns);
+        match flight.waits_until_ns(enters_ns, leaves_ns, self.terms) {
+            0 => 0,
+            until_ns => {
+                let until_ns = until_ns..until_ns + ns(self.sender.enters_within_ms);
+                self.window(until_ns).latest_ns
+            }
         }
     }
 

@@ -18,6 +18,7 @@ mod crossed;
 mod crossing;
 pub mod end;
 mod fault;
+mod flight;
 mod glances;
 mod hit;
 mod judgement;
