@@ -148,7 +148,12 @@ impl Trace {
                 .rposition(|(_, error)| error.is_nan() || *error > self.band);
             let within = &stretch[out.map_or(0, |at| at + 1)..];
             if within.len() >= TICKS_MIN {
-                return within.first().map(|(t_ns, _)| *t_ns);
+                // The first tick after the fault comes up to h later.
+                let is_never_away = out.is_none() && rest.len() == self.errors.len() - after;
+                return match is_never_away {
+                    true => Some(self.to_ns),
+                    false => within.first().map(|(t_ns, _)| *t_ns),
+                };
             }
             rest = later;
         }
@@ -166,7 +171,13 @@ mod tests {
     /// How a loop with these outputs came through a fault from 200 to 300 ms; `command` has the number of the
     /// newest command, and what is applied.
     fn recovery(y: impl Fn(u64) -> f64, command: impl Fn(u64) -> (u64, f64)) -> Option<Recovery> {
-        let mut trace = Trace {
+        let mut trace = trace();
+        push_all(&mut trace, y, command);
+        trace.finish()
+    }
+
+    fn trace() -> Trace {
+        Trace {
             from_ns: START_NS + 200 * MS,
             to_ns: START_NS + 300 * MS,
             end_ns: START_NS + 1_000 * MS,
@@ -175,7 +186,10 @@ mod tests {
             errors: Vec::new(),
             newest: None,
             safe_ns: None,
-        };
+        }
+    }
+
+    fn push_all(trace: &mut Trace, y: impl Fn(u64) -> f64, command: impl Fn(u64) -> (u64, f64)) {
         for k in 0..200 {
             let (seq, applied) = command(10 * k);
             trace.push(&TickRow {
@@ -188,7 +202,6 @@ mod tests {
                 u_applied: Some(applied),
             });
         }
-        trace.finish()
     }
 
     #[test]
@@ -197,6 +210,18 @@ mod tests {
         let found = recovery(steady, |ms| (ms, 0.3)).expect("a fault");
         assert_eq!((found.back_ms, found.safe_ms), (Some(0.0), None));
         assert!((found.worst - 0.01).abs() < 1e-12);
+    }
+
+    #[test]
+    fn one_that_was_never_away_is_back_at_once_though_its_next_tick_is_later() {
+        let mut trace = Trace {
+            from_ns: START_NS + 203 * MS,
+            to_ns: START_NS + 303 * MS,
+            ..trace()
+        };
+        push_all(&mut trace, |_| 1.01, |ms| (ms, 0.3));
+        let found = trace.finish().expect("a fault");
+        assert_eq!(found.back_ms, Some(0.0));
     }
 
     #[test]
