@@ -227,6 +227,7 @@ impl Profile {
     /// Names of the built-in profiles that are other readings of one of those: the paper's text
     /// allows them but does not state them.
     pub const READINGS: &[&str] = &[
+        "couva-shared",
         "diego-vpn-free",
         "diego-vpn-hold-20ms",
         "diego-vpn-hold-500ms",
@@ -242,6 +243,7 @@ impl Profile {
             "couva" => Some(include_str!("../profiles/couva.toml")),
             "diego-lan" => Some(include_str!("../profiles/diego-lan.toml")),
             "diego-vpn" => Some(include_str!("../profiles/diego-vpn.toml")),
+            "couva-shared" => Some(include_str!("../profiles/couva-shared.toml")),
             "diego-vpn-free" => Some(include_str!("../profiles/diego-vpn-free.toml")),
             "diego-vpn-hold-20ms" => Some(include_str!("../profiles/diego-vpn-hold-20ms.toml")),
             "diego-vpn-hold-500ms" => Some(include_str!("../profiles/diego-vpn-hold-500ms.toml")),

@@ -19,8 +19,8 @@ use analysis::{Aim, response::ResponseTrace};
 use clock::journal::Journal;
 use control::{preset, seconds};
 use endpoint::{
-    Answer, Command, MessageOutcome, MessageRow, Mode, Outstanding, PlantSettings, Preset, Request,
-    SampleTime, State, TickRow, Transport,
+    Answer, Command, MessageOutcome, MessageRow, Mode, Outstanding, PlantSettings, Policy, Preset,
+    Request, SampleTime, State, TickRow, Transport,
 };
 use link::{Epoch, Profile, Timeline, Way};
 use record::rows;
@@ -183,12 +183,14 @@ fn beside_plant<T>(client: impl FnOnce(SocketAddr, &Path) -> Result<T>) -> Resul
     let config = plant::Config {
         listen: "127.0.0.1:0".parse()?,
         hosts: Vec::new(),
-        settings: PlantSettings::new(h),
+        settings: PlantSettings {
+            scheduling: Policy::Other,
+            ..PlantSettings::new(h)
+        },
         law: None,
         reference: None,
         out: folder.path().join("plant"),
         again: false,
-        fifo: false,
     };
     let motor = preset::paper_plant().sampled(MS_NS)?.stepper();
     let (ready, is_ready) = mpsc::channel();
@@ -275,7 +277,7 @@ fn both(transport: Transport, times: u64) -> Result<u64> {
             connections: 1,
             out: folder.join("controller"),
             again: false,
-            fifo: false,
+            scheduling: Policy::Other,
         };
         let counts = controller::drive_until(&config, std::future::pending())?.counts;
         Ok(counts.answered)

@@ -3,6 +3,7 @@
 //! It only runs the parts, and records how they looked meanwhile. `evidence` evaluates what echoes and
 //! rows say about the link; the analysis later reads from the rows whether the loop survived.
 
+mod busywork;
 mod end;
 mod share;
 
@@ -26,6 +27,7 @@ use crate::schedule::{Series, Spacing};
 use crate::site::{Running, Site};
 use crate::texts::Texts;
 
+use busywork::Busywork;
 use end::EndPart;
 use share::{PartSeen, Shares};
 
@@ -44,6 +46,10 @@ enum Event {
     Kill(End),
     /// What a fault has killed is started again.
     StartAgain(End),
+    /// A fault lets so many programs compute on the machine.
+    Load(u16),
+    /// They end.
+    Unload,
     /// Gives up on the controller: its duration, time-out and grace are over.
     GiveUp,
 }
@@ -61,16 +67,21 @@ impl Events {
             .saturating_add(schedule::ns(cell.client.spec().grace));
         let counts_ns = loop_ns.step_by(COUNT_EVERY_NS);
         let counts = counts_ns.map(|t_ns| (t_ns, Event::CountProcessors));
-        let kills = faults
-            .iter()
-            .filter(|fault| fault.effect == EndEffect::Kill);
-        let kills = kills.flat_map(|fault| {
-            [
-                (from_ns + fault.from_ns, Event::Kill(fault.end)),
-                (from_ns + fault.to_ns, Event::StartAgain(fault.end)),
-            ]
+        let hits = faults.iter().filter_map(|fault| {
+            let [begins, ends] = match (fault.effect, fault.end) {
+                (EndEffect::Kill, end) => [Event::Kill(end), Event::StartAgain(end)],
+                // One machine has both ends.
+                (EndEffect::Busy(programs), End::Plant) => [Event::Load(programs), Event::Unload],
+                _ => return None,
+            };
+            Some([
+                (from_ns + fault.from_ns, begins),
+                (from_ns + fault.to_ns, ends),
+            ])
         });
-        let all = counts.chain(kills).chain([(give_up_ns, Event::GiveUp)]);
+        let all = counts
+            .chain(hits.flatten())
+            .chain([(give_up_ns, Event::GiveUp)]);
         let mut all: Vec<(u64, Event)> = all.collect();
         all.sort_by_key(|(t_ns, _)| *t_ns);
         Events(all.into())
@@ -245,6 +256,10 @@ struct Parts<'a> {
     plant: EndPart<'a>,
     /// `None` on loopback.
     link: Option<Box<dyn Running + 'a>>,
+    /// While the machine is kept busy.
+    load: Option<Busywork>,
+    /// When it was, from and to.
+    loads_ns: Vec<[u64; 2]>,
 }
 
 impl<'a> Parts<'a> {
@@ -263,11 +278,21 @@ impl<'a> Parts<'a> {
         let plant = start(End::Plant, RoleSettings::Plant(role))?;
         let role = ControllerRole::of(cell, address, start_ns, texts);
         let controller = start(End::Controller, RoleSettings::Controller(role))?;
-        Ok(Parts {
+        let parts = Parts {
             controller,
             plant,
             link,
-        })
+            load: None,
+            loads_ns: Vec::new(),
+        };
+        let is_loaded = |fault: &EndFault| matches!(fault.effect, EndEffect::Busy(_));
+        if texts.end_faults.iter().any(is_loaded) && !parts.are_beneath() {
+            return Err(RunError::Unsupported(
+                "the fault keeps this machine busy, and agents started the ends, who knows where: use --backend netns"
+                    .to_owned(),
+            ));
+        }
+        Ok(parts)
     }
 
     /// Waits until the controller ends by itself, checks that the other parts live, and handles
@@ -279,7 +304,12 @@ impl<'a> Parts<'a> {
         shares: &mut Shares,
         stop: &AtomicBool,
     ) -> Result<(), RunError> {
-        while !self.controller.ended()? {
+        loop {
+            if self.controller.ended()? {
+                // A load of the whole loop is over with it.
+                self.unload(site);
+                return Ok(());
+            }
             if stop.load(Ordering::Relaxed) {
                 self.controller.terminate();
                 return Err(RunError::Interrupted);
@@ -293,6 +323,11 @@ impl<'a> Parts<'a> {
                     Event::CountProcessors => shares.count(site.now_ns()),
                     Event::Kill(end) => self.end(end).kill(site)?,
                     Event::StartAgain(end) => self.end(end).start_again(site)?,
+                    Event::Load(programs) => {
+                        self.loads_ns.push([site.now_ns(), u64::MAX]);
+                        self.load = Some(Busywork::start(programs));
+                    }
+                    Event::Unload => self.unload(site),
                     Event::GiveUp => {
                         return Err(RunError::role(
                             "controller",
@@ -303,7 +338,20 @@ impl<'a> Parts<'a> {
             }
             site.sleep(events.wait(site.now_ns()));
         }
-        Ok(())
+    }
+
+    /// Lets the machine rest again.
+    fn unload(&mut self, site: &dyn Site) {
+        if self.load.take().is_some()
+            && let Some([_, to_ns]) = self.loads_ns.last_mut()
+        {
+            *to_ns = site.now_ns();
+        }
+    }
+
+    /// Whether both ends descend from this process.
+    fn are_beneath(&self) -> bool {
+        self.plant.is_beneath() && self.controller.is_beneath()
     }
 
     /// What was observed of each part.
@@ -321,7 +369,7 @@ impl<'a> Parts<'a> {
         let mut done = Vec::new();
         for part in [&self.plant, &self.controller] {
             let own = seen.iter().find(|seen| seen.end == Some(part.end));
-            let own = own.map(|seen| part.done(&seen.seen));
+            let own = own.map(|seen| part.done(&seen.seen, &self.loads_ns));
             done.extend(own.transpose()?.unwrap_or_default());
         }
         done.sort_by_key(|one| one.from_ns);

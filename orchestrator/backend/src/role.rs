@@ -6,7 +6,7 @@
 
 use std::net::SocketAddr;
 
-use endpoint::{ControllerSettings, Lease, PageSettings, PlantSettings, Reference};
+use endpoint::{ControllerSettings, Lease, PageSettings, PlantSettings, Policy, Reference};
 use link::{Epoch, LinkTime, Way};
 use plan::{Cell, Client, ProfileText, Program};
 use schemars::{JsonSchema, schema_for};
@@ -71,6 +71,9 @@ pub struct ControllerRole {
     /// Whether its commands have a checksum, and the answers need one. Only the native controller can.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub check: bool,
+    /// What its thread asks the kernel for. Only the native controller asks for anything.
+    #[serde(default, skip_serializing_if = "Policy::is_fifo")]
+    pub scheduling: Policy,
     /// How it is started, where it is a program of one's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program: Option<Program>,
@@ -185,6 +188,7 @@ impl ControllerRole {
             settings: cell.settings,
             claim: cell.lease == Lease::Token,
             check: false,
+            scheduling: cell.scheduling,
             page: cell.page,
             system: texts.system.map(str::to_owned),
             program: texts.program.cloned(),

@@ -10,7 +10,9 @@ use std::ops::Range;
 use std::path::Path;
 
 use endpoint::report::Written;
-use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, TickRow, Timer};
+use endpoint::{
+    ArrivalRow, MessageRow, Model, Policy, SecondRow, Surrounded, Thread, TickRow, Timer,
+};
 use link::certificate::{Echo, LinkReport};
 use link::{PacketRow, Profile, Way};
 use plan::series::Spacing;
@@ -46,15 +48,33 @@ pub(crate) fn run(
     let h = cell.settings.h;
     let around = system.surroundings();
     let (seed, start_ns) = (cell.link_seed, Some(START_NS));
-    if let Some(fault) = texts
-        .end_faults
-        .iter()
-        .find(|one| one.effect == EndEffect::Kill)
-    {
-        return Err(RunError::Unsupported(format!(
+    let real = |fault: &EndFault| match fault.effect {
+        EndEffect::Kill => Some(format!(
             "the fault kills the {}, and virtual time has no processes: use --backend netns or compose",
             fault.end
-        )));
+        )),
+        EndEffect::Busy(_) => Some(
+            "the fault keeps the machine busy, and virtual time has none: use --backend netns"
+                .to_owned(),
+        ),
+        EndEffect::Freeze | EndEffect::Starve(_) => None,
+    };
+    if let Some(why) = texts.end_faults.iter().find_map(real) {
+        return Err(RunError::Unsupported(why));
+    }
+    if cell.page.is_some_and(|page| page.chores_ns > 0) {
+        return Err(RunError::Unsupported(
+            "virtual time has the timing of pages that do nothing else, and this one has chores: use --backend netns or \
+             compose"
+                .to_owned(),
+        ));
+    }
+    if cell.scheduling == Policy::Other {
+        return Err(RunError::Unsupported(
+            "virtual time has the timing of ends that run in real time, and scheduling is other: use --backend netns or \
+             compose"
+                .to_owned(),
+        ));
     }
     let faults = texts.end_faults;
     let Some(program) = texts.plant_program else {

@@ -95,8 +95,8 @@ pub(crate) fn off(done: &[EndFaultDone], from_ns: u64) -> Option<Disturbance> {
         let asked_ms = ms(one.asked_to_ns) - ms(one.asked_from_ns);
         let stood_ms = ms(one.stood_ns);
         let due_ms = match one.effect {
-            // How long an end takes to start is its own.
-            EndEffect::Kill => stood_ms,
+            // How long an end takes to start is its own, and a loop may end before a load does.
+            EndEffect::Kill | EndEffect::Busy(_) => stood_ms,
             EndEffect::Freeze => asked_ms,
             EndEffect::Starve(share) => asked_ms * share,
         };

@@ -2,7 +2,7 @@
 
 use endpoint::{ControllerSettings, MessageRow, Mode, Schedule, TickNoise, TickRow};
 use link::certificate::Pause;
-use plan::{Disturbance, EndFaultDone, Verdict};
+use plan::{Disturbance, EndEffect, EndFaultDone, Verdict};
 use serde::{Deserialize, Serialize};
 
 use crate::end;
@@ -95,13 +95,15 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
         ));
     }
     disturbances.extend(hit::off(records.end_faults, from_ns));
+    // What was asked to compute beside the ends makes them wait.
+    let is_busy = |one: &EndFaultDone| matches!(one.effect, EndEffect::Busy(_));
+    let may_wait = records.end_faults.iter().any(is_busy);
     for (what, watched) in records.watched {
         let said = disturbances.iter().any(|known| known.what == *what);
-        disturbances.extend(
-            (!said)
-                .then(|| machine::watched(watched, what, from_ns, to_ns))
-                .flatten(),
-        );
+        let is_excused = may_wait && watched.stopped == 0;
+        if !said && !is_excused {
+            disturbances.extend(machine::watched(watched, what, from_ns, to_ns));
+        }
     }
     let (busy, faults): (Vec<LinkFault>, Vec<LinkFault>) = faults(messages, terms)
         .into_iter()

@@ -7,7 +7,7 @@
 //!   (Figures 3 and 4), `settling` (5 and 6), `plant` (7, and the text), `interval` (8 and 9), `age` and `way` (the text);
 //! - `remark`: what is said beyond the numbers, in the same files;
 //! - `odd`: what judges the claims that are no rows: `ping`, from the series in `echo`, Table 2; `together`, with
-//!   `rare` for small counts, Table 3; `order`; `constant`.
+//!   `rare` for small counts, Table 3; `order`; `constant`; `sum`.
 //!
 //! `metric` is what a figure is, `source` a group of runs; `evidence` makes a finding of parts; `words` has numbers
 //! and parts as text. The one rule that judges every
@@ -33,6 +33,7 @@ mod row;
 mod settling;
 mod slope;
 mod source;
+mod sum;
 mod together;
 mod way;
 mod words;

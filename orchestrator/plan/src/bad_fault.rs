@@ -26,6 +26,9 @@ pub enum BadFault {
     /// How much is taken away is no share.
     #[error("`share` is `{}`; write 1% to 99%: all of it is `freeze`", .0.escape_debug())]
     Share(String),
+    /// So many programs make no load, or no machine that goes on.
+    #[error("`busy` is {0}; write how many programs compute, 1 to {1}")]
+    Busy(u16, u16),
     /// It does two things.
     #[error("an event has one effect, and this one has more: write two events")]
     Effects,

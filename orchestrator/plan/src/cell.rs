@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::system::System;
 use endpoint::{
-    Clock, ControllerSettings, Hold, Lease, NoiseLaw, PageSettings, PlantSettings, Preset,
+    Clock, ControllerSettings, Hold, Lease, NoiseLaw, PageSettings, PlantSettings, Policy, Preset,
     Reference, SampleTime, Shape, TickNoise, Transport,
 };
 use link::LinkTime;
@@ -64,6 +64,9 @@ pub struct Cell {
     /// can be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick_noise: Option<NoiseLaw>,
+    /// What the threads of the plant and of the native controller ask the kernel for.
+    #[serde(default, skip_serializing_if = "Policy::is_fifo")]
+    pub scheduling: Policy,
     /// The fault that the run meets, by its name in the plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fault: Option<String>,
@@ -130,6 +133,7 @@ impl Cell {
             check: _,
             udp: _,
             tick_noise,
+            scheduling,
         } = *plant;
         Cell {
             index: 0,
@@ -148,6 +152,7 @@ impl Cell {
             max_age_ns,
             lease,
             tick_noise: tick_noise.map(|noise| noise.law),
+            scheduling,
             fault: None,
             page: None,
             together: alone(),
@@ -272,6 +277,7 @@ impl Cell {
             check: false,
             udp: self.settings.transport == Transport::Udp,
             tick_noise: self.tick_noise.map(|law| TickNoise { law, seed }),
+            scheduling: self.scheduling,
         }
     }
 

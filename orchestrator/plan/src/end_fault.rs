@@ -1,5 +1,5 @@
-//! Faults of the loop's two ends: a process stands still, gets less of its processor, or is killed and started
-//! again.
+//! Faults of the loop's two ends: a process stands still, gets less of its processor, is killed and started again, or
+//! shares its machine with programs that compute without end.
 //!
 //! An end's fault is no part of the link's profile. But its instants follow the words and the seed of the link's
 //! faults, so `link` draws them too: `fault` reads the words, and `faults` draws the instants. Who stops and kills
@@ -38,6 +38,8 @@ pub enum EndEffect {
     Starve(f64),
     /// It is killed at the beginning, and started again at the end.
     Kill,
+    /// So many other programs compute on its machine without end. Both ends are on one, so it hits both.
+    Busy(u16),
 }
 
 /// A starved end stands still for a share of each such time, ns, as under `cpulimit`.
@@ -58,13 +60,13 @@ pub struct EndFault {
 
 impl EndFault {
     /// The times at which the end stands still, in order, ns, in a loop that starts at `start_ns`; none if it is
-    /// killed.
+    /// killed, or only has to share.
     #[must_use]
     pub fn stops(&self, start_ns: u64) -> Vec<Range<u64>> {
         let (every_ns, share) = match self.effect {
             EndEffect::Freeze => (u64::MAX, 1.0),
             EndEffect::Starve(share) => (STARVED_NS, share),
-            EndEffect::Kill => return Vec::new(),
+            EndEffect::Kill | EndEffect::Busy(_) => return Vec::new(),
         };
         let stop_ns = (share * every_ns as f64) as u64;
         let [from_ns, to_ns] = [self.from_ns, self.to_ns].map(|ns| start_ns + ns);
@@ -107,6 +109,7 @@ impl EndFault {
             (End::Plant, EndEffect::Freeze) => "plant frozen",
             (End::Plant, EndEffect::Starve(_)) => "plant starved",
             (End::Plant, EndEffect::Kill) => "plant killed",
+            (_, EndEffect::Busy(_)) => "machine busy",
         }
     }
 }
@@ -127,7 +130,7 @@ pub struct EndFaultDone {
     pub from_ns: u64,
     /// When it was over: the end goes on, or is ready again.
     pub to_ns: u64,
-    /// How long the end stood still in all, ns; for a killed one, all of that time.
+    /// How long the end stood still in all, ns; all of that time for one that is killed, or shares its machine.
     pub stood_ns: u64,
 }
 
@@ -136,7 +139,9 @@ impl EndFaultDone {
     #[must_use]
     pub fn shows_at(&self, t_ns: u64) -> bool {
         const LOOK_NS: u64 = 5_000_000;
-        (self.from_ns..self.to_ns.saturating_add(LOOK_NS)).contains(&t_ns)
+        // An end that only has to share is not stopped by that.
+        let is_stopped = !matches!(self.effect, EndEffect::Busy(_));
+        is_stopped && (self.from_ns..self.to_ns.saturating_add(LOOK_NS)).contains(&t_ns)
     }
 }
 

@@ -90,7 +90,13 @@ pub struct FaultEvent {
     /// This end's process is killed at the beginning, and started again at the end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kill: Option<End>,
+    /// So many programs compute without end on the machine of both ends, as ordinary ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub busy: Option<u16>,
 }
+
+/// The most programs that a fault lets compute.
+const MOST_BUSY: u16 = 256;
 
 impl FaultEvent {
     /// The same event on link time, as a table of a profile.
@@ -119,25 +125,32 @@ impl FaultEvent {
         words.iter().any(|word| word.is_some()) || switches.iter().any(Option::is_some)
     }
 
-    /// The end that the event hits, with what happens to it; `None` if it is one of the link.
+    /// The ends that the event hits, with what happens to them; empty if it is one of the link.
     ///
     /// # Errors
     /// What is wrong, in a sentence.
-    pub(crate) fn of_end(&self) -> Result<Option<(End, EndEffect)>, BadFault> {
+    pub(crate) fn of_ends(&self) -> Result<Vec<(End, EndEffect)>, BadFault> {
         let share = || match &self.share {
             Some(text) => percent(text),
             None => Err(BadFault::NoShare),
         };
         let mut effects = Vec::new();
-        effects.extend(self.freeze.map(|end| (end, EndEffect::Freeze)));
-        effects.extend(self.kill.map(|end| (end, EndEffect::Kill)));
+        effects.extend(self.freeze.map(|end| vec![(end, EndEffect::Freeze)]));
+        effects.extend(self.kill.map(|end| vec![(end, EndEffect::Kill)]));
+        if let Some(programs) = self.busy {
+            if !(1..=MOST_BUSY).contains(&programs) {
+                return Err(BadFault::Busy(programs, MOST_BUSY));
+            }
+            let both = End::BOTH.map(|end| (end, EndEffect::Busy(programs)));
+            effects.push(both.into());
+        }
         if let Some(end) = self.starve {
-            effects.push((end, EndEffect::Starve(share()?)));
+            effects.push(vec![(end, EndEffect::Starve(share()?))]);
         } else if self.share.is_some() {
             return Err(BadFault::ShareAlone);
         }
         let Some(effect) = effects.pop() else {
-            return Ok(None);
+            return Ok(Vec::new());
         };
         if !effects.is_empty() || self.is_of_link() {
             return Err(BadFault::Effects);
@@ -145,7 +158,7 @@ impl FaultEvent {
         if self.way.is_some() {
             return Err(BadFault::WayOfEnd);
         }
-        Ok(Some(effect))
+        Ok(effect)
     }
 
     /// The same times as a fault of a link, to draw them by.
@@ -206,9 +219,11 @@ impl Fault {
                 number: number + 1,
                 problem: Box::new(problem),
             };
-            let event = match event.of_end().map_err(place)? {
-                Some(_) => event.times_only(),
-                None => event.clone(),
+            let is_of_ends = !event.of_ends().map_err(place)?.is_empty();
+            let event = if is_of_ends {
+                event.times_only()
+            } else {
+                event.clone()
             };
             profile_of(&[event]).map_err(place)?;
         }
@@ -241,22 +256,27 @@ mod tests {
         toml::from_str(text).expect("an event")
     }
 
-    fn of_end(text: &str) -> Result<Option<(End, EndEffect)>, BadFault> {
-        event(text).of_end()
+    fn of_ends(text: &str) -> Result<Vec<(End, EndEffect)>, BadFault> {
+        event(text).of_ends()
     }
 
     #[test]
     fn an_event_hits_the_link_or_one_end_once() {
         let at = "at = \"1s\"\nfor = \"1s\"\n";
-        let event = |line: &str| of_end(&format!("{at}{line}"));
-        assert_eq!(event("down = true"), Ok(None));
+        let event = |line: &str| of_ends(&format!("{at}{line}"));
+        assert_eq!(event("down = true"), Ok(Vec::new()));
         assert_eq!(
             event("freeze = \"plant\""),
-            Ok(Some((End::Plant, EndEffect::Freeze)))
+            Ok(vec![(End::Plant, EndEffect::Freeze)])
         );
         assert_eq!(
             event("starve = \"controller\"\nshare = \"70%\""),
-            Ok(Some((End::Controller, EndEffect::Starve(0.7))))
+            Ok(vec![(End::Controller, EndEffect::Starve(0.7))])
+        );
+        // Both ends are on the machine that is busy.
+        assert_eq!(
+            event("busy = 4"),
+            Ok(End::BOTH.map(|end| (end, EndEffect::Busy(4))).into())
         );
         for (line, words) in [
             ("starve = \"plant\"", "needs a `share`"),
@@ -265,6 +285,8 @@ mod tests {
             ("freeze = \"plant\"\ndown = true", "one effect"),
             ("freeze = \"plant\"\nkill = \"plant\"", "one effect"),
             ("freeze = \"plant\"\nway = \"up\"", "`way`"),
+            ("busy = 0", "`busy` is 0"),
+            ("busy = 1\nkill = \"plant\"", "one effect"),
         ] {
             let problem = event(line).expect_err(line);
             assert!(problem.to_string().contains(words), "{line}: {problem}");

@@ -9,7 +9,7 @@ use text::Diagnostic;
 use toml::Spanned;
 
 use crate::cell::{Cell, START_AT};
-use crate::end_fault::{End, EndFault};
+use crate::end_fault::{End, EndEffect, EndFault};
 use crate::fault::{Fault, profile_of};
 use crate::invalid::{Reader, Word};
 use crate::plan::Plan;
@@ -132,9 +132,10 @@ impl Plan {
         // instants, as many faults of another word are before each.
         let mut before = Vec::new();
         for event in events {
-            let Ok(Some((of, effect))) = event.of_end() else {
+            let hits = event.of_ends().unwrap_or_default();
+            if hits.is_empty() {
                 continue;
-            };
+            }
             let times = event.times_only();
             before.push(times);
             let Ok(profile) = profile_of(&before) else {
@@ -147,13 +148,14 @@ impl Plan {
             // One of both directions is told twice.
             let own =
                 |spell: &&link::FaultSpell| spell.word == "down" && spell.way == link::Way::Up;
-            let spells = spells.iter().filter(own);
-            found.extend(spells.map(|spell| EndFault {
-                end: of,
-                effect,
-                from_ns: spell.start.ns().saturating_sub(START_AT.ns()),
-                to_ns: spell.end.ns().saturating_sub(START_AT.ns()),
-            }));
+            for spell in spells.iter().filter(own) {
+                found.extend(hits.iter().map(|(end, effect)| EndFault {
+                    end: *end,
+                    effect: *effect,
+                    from_ns: spell.start.ns().saturating_sub(START_AT.ns()),
+                    to_ns: spell.end.ns().saturating_sub(START_AT.ns()),
+                }));
+            }
         }
         found.sort_by_key(|fault| (fault.from_ns, fault.to_ns));
         found
@@ -171,7 +173,9 @@ impl Plan {
                     return Err(UnsoundName::Overlap { end, at_s });
                 }
                 free_ns = fault.to_ns;
-                if fault.to_ns >= cell.duration_ns {
+                // A load ends with its loop.
+                let may_outlast = matches!(fault.effect, EndEffect::Busy(_));
+                if fault.to_ns >= cell.duration_ns && !may_outlast {
                     return Err(UnsoundName::Outlasts {
                         end,
                         at_s,

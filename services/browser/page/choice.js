@@ -17,7 +17,7 @@ export const PRESET_TEXT = {
 /** Which controls are in which group of the page. */
 export const GROUPS = {
   "loop-settings": ["mode", "duration", "h", "r"],
-  "page-settings": ["transport", "sender", "thread", "timer", "floor"],
+  "page-settings": ["transport", "sender", "thread", "timer", "floor", "chores"],
   "deadline-settings": ["schedule", "outstanding", "integrate", "late", "timeout"],
 };
 
@@ -73,5 +73,6 @@ export const NUMBERS = {
     word: "unlimited",
   },
   floor: { label: "Timer floor", unit: "ms", setting: "floor_ns", factor: 1e6 },
+  chores: { label: "Drawing, of 100 ms", unit: "ms", setting: "chores_ns", factor: 1e6 },
   timeout: { label: "Timeout", unit: "s", setting: "timeout_ns", factor: 1e9 },
 };

@@ -3,6 +3,7 @@
 // It joins the session with the plant, the loop's thread and a view that is told what happens:
 // `state(word, text)`, `began(settings, plant, isUnseen)`, `progress(event)`. It draws nothing itself.
 
+import { beginChores } from "./chore.js";
 import { NOTHING } from "./course.js";
 import { readLaw } from "./law.js";
 import { reportText } from "./report.js";
@@ -117,6 +118,7 @@ export class Run {
     const { token } = this.#session;
     const told = { settings, law, reference };
     const task = { ...told, start_ns, clock_ns, session: token, alarm: null };
+    const endChores = beginChores(settings.chores_ns);
     await new Promise((resolve) => {
       this.#thread = begin(task, (event) => {
         this.#told(event);
@@ -128,6 +130,7 @@ export class Run {
         this.#thread.stop();
       }
     });
+    endChores();
   }
 
   #told(event) {

@@ -24,6 +24,7 @@ const TIMES = {
   duration_ns: [1, Number.MAX_SAFE_INTEGER],
   timeout_ns: [1, Number.MAX_SAFE_INTEGER],
   floor_ns: [0, 3_600_000_000_000],
+  chores_ns: [0, 100_000_000],
 };
 
 /** What a query need not say. `null` for h and late: as the plant has them. */
@@ -36,11 +37,12 @@ const DEFAULTS = {
   timeout_ns: 5_000_000_000,
   outstanding: 1,
   floor_ns: 0,
+  chores_ns: 0,
 };
 
 // A preset says nothing of the loop, nor of what an overtaken answer is worth.
 const { mode: _mode, late: _late, ...usual } = USUAL;
-const blocking = { ...usual, outstanding: 1, floor_ns: 0 };
+const blocking = { ...usual, outstanding: 1, floor_ns: 0, chores_ns: 0 };
 const today = { ...blocking, schedule: "since-send", thread: "main", timer: "timeout" };
 // A page that is not isolated has no shared memory to sleep on.
 const timer = globalThis.crossOriginIsolated === true ? "wait" : "channel";

@@ -37,7 +37,7 @@ pub const FILES: &[File] = files! {
     CSS: "style.css";
     SVG: "icon.svg";
     JAVASCRIPT:
-        "aged.js" "app.js" "canvas.js" "choice.js" "clock.js" "course.js" "display.js" "drive.js"
+        "aged.js" "app.js" "canvas.js" "choice.js" "chore.js" "clock.js" "course.js" "display.js" "drive.js"
         "end.js" "feedback.js" "fetch.js" "form.js" "histogram.js" "law.js" "message.js" "model.js"
         "pid.js" "plot.js" "probe.js" "record.js" "remote.js" "report.js" "ring.js" "row.js" "sender.js"
         "sentence.js" "run.js" "session.js" "setting.js" "smith.js" "socket.js" "thread.js" "timer.js" "trace.js"

@@ -11,7 +11,8 @@ use std::{error::Error, path::Path, sync::mpsc, thread, time::Duration};
 use control::{StepSettings, preset, step_info};
 use controller::drive_until;
 use endpoint::{
-    ControllerSettings, MessageRow, Mode, PlantSettings, Preset, SampleTime, TickRow, Transport,
+    ControllerSettings, MessageRow, Mode, PlantSettings, Policy, Preset, SampleTime, TickRow,
+    Transport,
 };
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -42,7 +43,6 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
         reference: None,
         out: folder.path().to_owned(),
         again: false,
-        fifo: true,
     };
     let motor = preset::paper_plant().sampled(h.ns())?.stepper();
     let (ready, is_ready) = mpsc::channel();
@@ -70,7 +70,7 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
         connections: 1,
         out: folder.path().to_owned(),
         again: false,
-        fifo: true,
+        scheduling: Policy::Fifo,
     };
     // In a thread of its own, since real-time scheduling stays with a thread.
     let run = thread::spawn(move || drive_until(&config, std::future::pending()));

@@ -4,7 +4,7 @@ use std::{io, path::PathBuf};
 
 use clock::journal::JournalError;
 use control::Law;
-use endpoint::{ControllerSettings, InvalidSetting, InvalidSettings, Reference};
+use endpoint::{ControllerSettings, InvalidSetting, InvalidSettings, Policy, Reference};
 
 /// Settings of a controller.
 #[derive(Clone, Debug)]
@@ -34,8 +34,8 @@ pub struct Config {
     pub connections: u16,
     /// The folder of `messages.csv`; created if necessary.
     pub out: PathBuf,
-    /// Whether to request real-time scheduling.
-    pub fifo: bool,
+    /// What its thread asks the kernel for.
+    pub scheduling: Policy,
 }
 
 /// Why a controller did not run, or did not complete its run.

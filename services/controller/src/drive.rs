@@ -83,7 +83,7 @@ fn drive_by(
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build_local(LocalOptions::default())?;
-    let granted = clock::scheduling::ask(config.fifo.then_some(FIFO_PRIORITY));
+    let granted = clock::scheduling::ask(config.scheduling.priority(FIFO_PRIORITY));
     let open_files = clock::limit::raise_open_files();
 
     runtime.block_on(async {

@@ -159,7 +159,11 @@ mod tests {
         let all = count(settings.expect("plain fields"));
         // mode, h and r
         assert_eq!(ControllerSettings::FIELDS.len(), all - 3);
-        let page = serde_json::to_value(Preset::Worker.page());
+        // A page without chores does not say so.
+        let page = serde_json::to_value(PageSettings {
+            chores_ns: 1,
+            ..Preset::Worker.page()
+        });
         assert_eq!(
             PageSettings::FIELDS.len(),
             count(page.expect("plain fields"))

@@ -61,7 +61,7 @@ pub use row::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, SecondRow,
 pub use sample_time::{InvalidSampleTime, SampleTime};
 pub use setting::{
     Carriage, Clock, Connection, ControllerSettings, Integrate, Late, Lease, Mode, Outstanding,
-    Schedule, Transport,
+    Policy, Schedule, Transport,
 };
 pub use surroundings::{Disturbance, Surrounded, Surroundings};
 pub use text::column::UnknownWord;

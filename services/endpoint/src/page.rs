@@ -58,7 +58,19 @@ pub struct PageSettings {
     /// The least delay that a timer is given, 0 for none: browsers of 2011
     /// had 10 ms.
     pub floor_ns: u64,
+    /// How long the page draws on its own thread in each 100 ms, beside the loop; 0 for not at all.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub chores_ns: u64,
 }
+
+// Serde passes a reference.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_none(chores_ns: &u64) -> bool {
+    *chores_ns == 0
+}
+
+/// All of the time in which chores come once.
+const CHORES_EVERY_NS: u64 = 100_000_000;
 
 impl PageSettings {
     /// Checks whether a page can follow these settings.
@@ -94,6 +106,12 @@ impl PageSettings {
                 "timer `interval` sets its own schedule",
                 "use schedule relative",
             )
+        } else if self.chores_ns > CHORES_EVERY_NS {
+            (
+                "chores",
+                "a page cannot draw for more than 100 ms of each 100 ms",
+                "use 0ms to 100ms",
+            )
         } else if settings.connection == Connection::New {
             (
                 "connection",
@@ -119,6 +137,7 @@ impl PageSettings {
         word_field!(sender, "What sends its requests: xhr or fetch", "SENDER", true),
         word_field!(timer, "How it waits for a deadline: timeout, interval, channel or wait", "TIMER", true),
         span_field!("timer_floor", floor_ns, "The least delay of a timer, like 10ms for a browser of 2011", 0),
+        span_field!("chores", chores_ns, "How long of each 100 ms the page draws beside the loop, on its own thread", 0),
     ];
 }
 
@@ -138,6 +157,7 @@ mod tests {
             sender,
             timer,
             floor_ns: 0,
+            chores_ns: 0,
         };
         for (page, settings, word) in [
             (page(Thread::Main, Sender::Xhr, Timer::Timeout), many, "xhr"),

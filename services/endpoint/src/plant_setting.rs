@@ -11,7 +11,7 @@ use crate::field::{Field, InvalidSetting, word_field};
 use crate::hold::Hold;
 use crate::noise::TickNoise;
 use crate::sample_time::SampleTime;
-use crate::setting::{Clock, Late, Lease};
+use crate::setting::{Clock, Late, Lease, Policy};
 
 /// A setting of the plant by its name.
 #[derive(Debug)]
@@ -64,6 +64,9 @@ pub struct PlantSettings {
     /// How late it ticks by its own machine; `None` is as punctual as it can be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick_noise: Option<TickNoise>,
+    /// What its threads ask the kernel for.
+    #[serde(default, skip_serializing_if = "Policy::is_fifo")]
+    pub scheduling: Policy,
 }
 
 impl PlantSettings {
@@ -80,6 +83,7 @@ impl PlantSettings {
             check: false,
             udp: false,
             tick_noise: None,
+            scheduling: Policy::Fifo,
         }
     }
 
@@ -191,6 +195,11 @@ impl PlantSettings {
             list: Some("How late the plant ticks by its own machine: uniform 3ms, normal 1ms; punctual, if not given"),
             concern: Concern::Machine,
         },
+        PlantField {
+            option: word_field!(scheduling, "What its threads ask the kernel for: fifo (real time) or other (as a desktop's programs)", "POLICY", false),
+            list: Some("What the threads of webloop's plant and native controller ask the kernel for: fifo (real time) or other (as a desktop's programs)"),
+            concern: Concern::Machine,
+        },
     ];
 }
 
@@ -208,6 +217,7 @@ mod tests {
             ("check", "true"),
             ("udp", "true"),
             ("tick_noise", "uniform 3ms"),
+            ("scheduling", "other"),
         ] {
             let field = PlantSettings::FIELDS
                 .iter()
@@ -249,6 +259,7 @@ mod tests {
             "true",
             "true",
             "normal 1ms",
+            "other",
         ]) {
             let mut other = settings;
             assert_eq!(option.read(&mut other, text), Ok(()));

@@ -75,18 +75,21 @@ impl Preset {
                     Self::Paper2011 => FLOOR_OF_2011_NS,
                     _ => 0,
                 },
+                chores_ns: 0,
             },
             Self::Blocking | Self::Worker => PageSettings {
                 thread: Thread::Worker,
                 sender: Sender::Xhr,
                 timer: Timer::Wait,
                 floor_ns: 0,
+                chores_ns: 0,
             },
             Self::PaperPython | Self::Socket => PageSettings {
                 thread: Thread::Worker,
                 sender: Sender::Fetch,
                 timer: Timer::Wait,
                 floor_ns: 0,
+                chores_ns: 0,
             },
         }
     }

@@ -11,6 +11,7 @@ mod visit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use crate::setting::Policy;
 pub use controller::{ControllerGranted, Native, Own, Python};
 pub use page::{Clock, Page, PageAsked};
 pub use plant::{Plant, PlantGranted, PlantProgram};
@@ -24,16 +25,6 @@ pub struct Written {
     pub rows: u64,
     /// Rows that found the ring full and are not in the file.
     pub overflow: u64,
-}
-
-/// A scheduling class.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Policy {
-    /// `SCHED_FIFO`: runs whenever it can, before all ordinary threads.
-    Fifo,
-    /// `SCHED_OTHER`, or whatever else an ordinary thread has.
-    Other,
 }
 
 /// What a thread asked for and what it has.

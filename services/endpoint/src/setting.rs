@@ -80,6 +80,16 @@ text::choice!(
 );
 
 text::choice!(
+    /// How the kernel schedules a thread.
+    Policy, "scheduling", {
+        /// `SCHED_FIFO`: it runs whenever it can, before all ordinary threads.
+        Fifo = "fifo",
+        /// `SCHED_OTHER`, or whatever else an ordinary thread has: it waits for its turn, as a desktop's programs do.
+        Other = "other",
+    }
+);
+
+text::choice!(
     /// Whose clock stamps the commands that a plant gets.
     Clock, "clock", {
         /// Each controller's own, which runs like the plant's and may show another time.
@@ -127,6 +137,27 @@ impl Default for Lease {
     /// That of the paper's server, and of plans from before there was a choice.
     fn default() -> Self {
         Self::None
+    }
+}
+
+impl Default for Policy {
+    /// What keeps an end punctual beside other programs.
+    fn default() -> Self {
+        Self::Fifo
+    }
+}
+
+impl Policy {
+    /// Whether it is real time.
+    #[must_use]
+    pub fn is_fifo(&self) -> bool {
+        *self == Self::Fifo
+    }
+
+    /// The `SCHED_FIFO` priority to ask for, of a thread whose place it would be; none for an ordinary thread.
+    #[must_use]
+    pub fn priority(self, priority: u8) -> Option<u8> {
+        self.is_fifo().then_some(priority)
     }
 }
 
@@ -453,6 +484,7 @@ mod tests {
         check(Integrate::ALL);
         check(Late::ALL);
         check(Transport::ALL);
+        check(Policy::ALL);
         check(Clock::ALL);
         check(Lease::ALL);
         check(Preset::ALL);

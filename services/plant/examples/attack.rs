@@ -394,7 +394,6 @@ fn plant() -> Outcome<()> {
         reference: None,
         out: folder.path().to_owned(),
         again: false,
-        fifo: true,
     };
     let motor = preset::paper_plant().sampled(settings.h.ns())?.stepper();
     serve_until(&config, motor, ended(), |ready| say(ready.address))?;

@@ -32,7 +32,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         reference: None,
         out: folder.path().to_owned(),
         again: false,
-        fifo: true,
     };
     let motor = preset::paper_plant()
         .sampled(config.settings.h.ns())?

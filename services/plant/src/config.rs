@@ -25,8 +25,6 @@ pub struct Config {
     /// Whether an earlier plant of the same run was killed: its ticks and arrivals are counted on, on the same
     /// grid, and its files appended to. The model and the sessions begin anew.
     pub again: bool,
-    /// Whether to request real-time scheduling.
-    pub fifo: bool,
 }
 
 /// What a plant reports when it can be reached.

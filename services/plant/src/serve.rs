@@ -150,7 +150,7 @@ impl Started {
             output: output_publisher,
             rows: tick_rows,
             second: second_rows,
-            fifo: config.fifo,
+            scheduling: settings.scheduling,
         }
         .start()?;
         let handler = Handler {
@@ -179,7 +179,7 @@ impl Started {
             second_journal,
             arrival_journal,
             handler: Rc::new(RefCell::new(handler)),
-            server: clock::scheduling::ask(config.fifo.then_some(FIFO_PRIORITY)),
+            server: clock::scheduling::ask(settings.scheduling.priority(FIFO_PRIORITY)),
             open_files: clock::limit::raise_open_files(),
         })
     }

@@ -15,7 +15,7 @@ use std::{
 };
 
 use clock::{journal::Recorder, now::now_ns, pacer::Pacer, scheduling::Granted};
-use endpoint::{Input, Model, Output, Process, SecondRow, Signals, TickRow};
+use endpoint::{Input, Model, Output, Policy, Process, SecondRow, Signals, TickRow};
 use tokio::sync::oneshot;
 
 use crate::latest::{Publisher, Reader};
@@ -112,7 +112,7 @@ pub(crate) struct Ticker {
     pub(crate) rows: Recorder<TickRow>,
     /// Of the second input and output, if there is one.
     pub(crate) second: Option<Recorder<SecondRow>>,
-    pub(crate) fifo: bool,
+    pub(crate) scheduling: Policy,
 }
 
 /// The result of the thread.
@@ -154,7 +154,7 @@ impl Ticker {
     }
 
     fn run(mut self, stop: &AtomicBool) -> Ticked {
-        let granted = clock::scheduling::ask(self.fifo.then_some(FIFO_PRIORITY));
+        let granted = clock::scheduling::ask(self.scheduling.priority(FIFO_PRIORITY));
         let mut pacer = Pacer::new(&granted);
         let (mut held, mut resets) = input(self.input.read());
         let (mut ticks, mut missed) = (0, 0);

@@ -40,7 +40,6 @@ fn a_thousand_silences() {
         reference: None,
         out: folder.path().to_owned(),
         again: false,
-        fifo: true,
     };
     let motor = preset::paper_plant().sampled(H_NS).expect("regular");
     let (ready, is_ready) = mpsc::channel();

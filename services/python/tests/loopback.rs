@@ -91,7 +91,6 @@ fn with_settings<T>(
         reference: None,
         out: out.to_owned(),
         again: false,
-        fifo: true,
     };
     let motor = preset::paper_plant().sampled(config.settings.h.ns());
     let motor = motor.expect("it can be sampled").stepper();

@@ -112,16 +112,21 @@ impl<'a> EndPart<'a> {
         Ok(self.earlier.clone().then(seen.unwrap_or_default()))
     }
 
-    /// What was done to it, by what was `seen` of it.
+    /// What was done to it, by what was `seen` of it, and when its machine was busy.
     ///
     /// # Errors
     /// If something that was asked for was not done.
-    pub(super) fn done(&self, seen: &process::Seen) -> Result<Vec<EndFaultDone>, RunError> {
-        let mut kills = self.kills_ns.iter();
+    pub(super) fn done(
+        &self,
+        seen: &process::Seen,
+        loads_ns: &[[u64; 2]],
+    ) -> Result<Vec<EndFaultDone>, RunError> {
+        let (mut kills, mut loads) = (self.kills_ns.iter(), loads_ns.iter());
         let done = self.faults.iter().map(|fault| {
             let [from_ns, to_ns] = [fault.from_ns, fault.to_ns].map(|ns| self.start_ns + ns);
             let stops: Vec<Stop> = match fault.effect {
                 EndEffect::Kill => kills.next().into_iter().copied().collect(),
+                EndEffect::Busy(_) => loads.next().into_iter().copied().collect(),
                 EndEffect::Freeze | EndEffect::Starve(_) => {
                     let stops = seen.frozen_ns.iter().copied();
                     stops

@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use browser::Engine;
 use clap::{Args, Subcommand};
 use containers::AgentName;
-use endpoint::{ControllerSettings, Mode, PageSettings, PlantSettings, SampleTime};
+use endpoint::{ControllerSettings, Mode, PageSettings, PlantSettings, Policy, SampleTime};
 
 use super::field::Fields;
 use super::{Player, Way, time};
@@ -105,6 +105,10 @@ pub(crate) struct ServeController {
     /// End each command with its checksum, and take only answers with theirs; the native controller only
     #[arg(long)]
     pub(crate) check: bool,
+    /// What its thread asks the kernel for: fifo (real time) or other (as a desktop's programs); the native controller
+    /// only
+    #[arg(long, default_value = "fifo", value_name = "POLICY")]
+    pub(crate) scheduling: Policy,
     /// The system whose law to use: a built-in one, or the path of a system file; a page uses the plant's
     #[arg(long, default_value = "motor")]
     pub(crate) system: String,

@@ -10,7 +10,7 @@ use ::conform::PlantFault;
 use ::conform::{NAME, PLANT_TRIALS, Trial, Verdict, run_plant};
 use anyhow::{Context, anyhow};
 use backend::{ControllerRole, start_plant};
-use endpoint::ControllerSettings;
+use endpoint::{ControllerSettings, Policy};
 use plan::{Client, Program};
 use process::{Launch, Role};
 
@@ -58,6 +58,7 @@ pub(crate) fn run(argument: &Conform) -> Outcome {
             },
             claim: false,
             check: false,
+            scheduling: Policy::Fifo,
             page: None,
             system: None,
             program: Some(Program::new(argument.command.clone())),

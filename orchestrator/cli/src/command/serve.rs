@@ -33,7 +33,6 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
         reference: role.reference.clone(),
         out: argument.out.clone(),
         again: role.again,
-        fifo: true,
     };
     let ready = |ready: ::plant::Ready| say_ready(&ready.address.to_string());
     let around = system.surroundings().unwrap_or_default();
@@ -97,7 +96,7 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
         duration_ns: role.duration_ns,
         connections: 1,
         out: argument.out.clone(),
-        fifo: true,
+        scheduling: role.scheduling,
     };
     // Its settings are valid. It waits for the plant by itself.
     say_ready(&config.plant);
@@ -189,6 +188,7 @@ fn by_options(
         },
         claim: argument.claim,
         check: argument.check,
+        scheduling: argument.scheduling,
         page: page.map(|(_, page)| page),
         system: own_text(&system),
         program: None,

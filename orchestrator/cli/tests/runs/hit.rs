@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use endpoint::Policy;
 use plan::{Cell, End, EndEffect, Verdict};
 
 use crate::webloop::{column, run_undisturbed};
@@ -55,6 +56,22 @@ h = ["10ms"]
 duration = "4s"
 "#;
 
+/// Ends that ask for no real-time scheduling, on a machine that is kept busy.
+const BUSY: &str = r#"
+[[cells]]
+topology = ["buccoo"]
+fault = ["none", "loaded"]
+client = ["native"]
+scheduling = "other"
+mode = "closed"
+h = ["10ms"]
+duration = "2s"
+
+[[fault]]
+name = "loaded"
+event = [{ at = "200ms", for = "1h", busy = 3 }]
+"#;
+
 /// Runs an experiment's cells on a back-end and checks what became of each.
 fn hit_each(backend: &str, experiment: &str) -> Result<(), String> {
     let folder = tempfile::tempdir().unwrap();
@@ -71,7 +88,15 @@ fn hit_each(backend: &str, experiment: &str) -> Result<(), String> {
             cell.id,
             manifest.reasons
         );
-        assert!(!manifest.end_faults.is_empty(), "{}", cell.id);
+        assert_eq!(
+            manifest.end_faults.is_empty(),
+            cell.fault.is_none(),
+            "{}",
+            cell.id
+        );
+        if cell.scheduling == Policy::Other {
+            look_at_scheduling(&out.join(cell.folder()));
+        }
         for done in &manifest.end_faults {
             latest_ms = latest_ms.max((done.from_ns - done.asked_from_ns) as f64 * 1e-6);
             if done.effect == EndEffect::Kill {
@@ -88,6 +113,15 @@ fn hit_each(backend: &str, experiment: &str) -> Result<(), String> {
         "  {backend}: each fault of an end was done as asked, {latest_ms:.1} ms late at the most"
     );
     Ok(())
+}
+
+/// Both ends ran as ordinary programs do.
+fn look_at_scheduling(folder: &Path) {
+    for (file, thread) in [("plant.json", "ticker"), ("controller.json", "controller")] {
+        let text = fs::read_to_string(folder.join(file)).unwrap();
+        let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(report["granted"][thread]["policy"], "other", "{file}");
+    }
 }
 
 /// The rows of an end that was killed: none while it was gone, and before and after it on one grid, each once.
@@ -145,7 +179,7 @@ fn look_at_gap(folder: &Path, cell: &Cell, end: End, [from_ns, to_ns]: [u64; 2])
 
 #[allow(dead_code)] // The two test programs that share this file need one each.
 pub(crate) fn a_fault_of_an_end_is_done_as_asked() -> Result<(), String> {
-    hit_each("netns", &format!("{HITS}{PYTHON}"))
+    hit_each("netns", &format!("{HITS}{PYTHON}{BUSY}"))
 }
 
 #[allow(dead_code)]

@@ -53,6 +53,9 @@ pub(super) const FIGURES: &[Metric] = &[
     Metric::median("sd of the control intervals", "ms", |m| {
         m.arrivals.interval_sd_ms
     }),
+    Metric::median("median round trip of a message", "ms", |m| {
+        m.messages.rtt.p50_ms
+    }),
     Metric::median("least round trip of a message", "ms", |m| {
         m.messages.rtt_min_ms
     }),

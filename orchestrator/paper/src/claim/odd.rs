@@ -6,7 +6,7 @@ use record::ReadError;
 use serde::Deserialize;
 
 use super::evidence::Evidence;
-use super::{constant, order, ping, together};
+use super::{constant, order, ping, sum, together};
 use crate::subject::Topology;
 
 /// What judges a claim.
@@ -25,6 +25,8 @@ pub(super) enum Odd {
     OutOfOrder,
     /// The motor's time constant.
     TimeConstant,
+    /// The parts of the thesis and their sum.
+    PartsAddUp,
 }
 
 impl Odd {
@@ -37,6 +39,7 @@ impl Odd {
             Odd::CoarseStamps => return together::coarse(campaign),
             Odd::OutOfOrder => order::out_of_order(campaign),
             Odd::TimeConstant => constant::of_the_motor(),
+            Odd::PartsAddUp => sum::of_parts(campaign)?,
         }))
     }
 }

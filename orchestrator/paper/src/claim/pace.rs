@@ -1,10 +1,10 @@
-//! The pace of JavaScript at 100 Hz on arima: Figure 2 and the text on it.
+//! The pace of sending: JavaScript's at 100 Hz on arima, Figure 2 and the text on it, and pauses.
 //!
 //! The paper says what one run did, so each run is compared with it and no interval is needed.
 
 use analysis::Run;
 use analysis::statistics::{median, ms_between, share};
-use endpoint::ArrivalRow;
+use endpoint::{ArrivalRow, MessageRow};
 
 use super::evidence::Evidence;
 use super::metric::Metric;
@@ -22,6 +22,7 @@ pub(super) const FIGURES: &[Metric] = &[
         Ok(Some(Start::read(run)?.in_six_s as f64))
     }),
     Metric::each("sent of due", "", |run| Ok(sent(run))),
+    Metric::each("longest pause in sending", "s", longest_pause_s),
     Metric::each("lag of sending", "s/s", |run| {
         let lag_s = Start::read(run)?.lag_s;
         Ok(lag_s.filter(|(_, s)| *s > 0.0).map(|(lag_s, s)| lag_s / s))
@@ -62,6 +63,17 @@ impl Start {
         })?;
         Ok(start)
     }
+}
+
+/// The longest time between two sendings. Messages of one connection each are sent in another order than they were due.
+fn longest_pause_s(run: &Run) -> Result<Option<f64>, ReadError> {
+    let mut sent_ns: Vec<u64> = Vec::new();
+    rows::read(&run.folder.join("messages.csv"), |row: &MessageRow| {
+        sent_ns.extend(row.t_send_ns);
+    })?;
+    sent_ns.sort_unstable();
+    let pauses_ms = sent_ns.windows(2).map(|pair| ms_between(pair[0], pair[1]));
+    Ok(pauses_ms.reduce(f64::max).map(|ms| ms / 1e3))
 }
 
 /// Messages sent, as a share of those due. The claim is about what one run did, so nothing is

@@ -1,4 +1,4 @@
-//! The step responses: Figures 5 and 6.
+//! The step responses, and what a fault does to one: Figures 5 and 6, and the text.
 
 use analysis::{LoopVerdict, Run};
 
@@ -21,6 +21,10 @@ pub(super) const FIGURES: &[Metric] = &[
     Metric::group("final value", "", |source| {
         let last = |run: &Run| run.metrics.as_ref()?.response?.final_value;
         Ok(source.group.median_or_never(last))
+    }),
+    Metric::group("back after the fault", "ms", |source| {
+        let back = |run: &Run| run.recovery.as_ref()?.back_ms;
+        Ok(source.group.median_or_never(back))
     }),
 ];
 

@@ -508,7 +508,7 @@ duration = "60s"
 #[test]
 fn a_plant_as_noisy_as_a_desktop_s_has_the_spread_that_ours_must_not_have() {
     let lab = steps();
-    let spread = |lab: &Lab| find(&board(lab), "fig-7-spread").parts[0].clone();
+    let spread = |lab: &Lab| find(&board(lab), "fig-7-real-time").parts[0].clone();
     assert_eq!(spread(&lab).verdict, Verdict::Agrees);
     for cell in lab.cells("arima-python") {
         let mut rows = Rows::step(cell, 318.0);

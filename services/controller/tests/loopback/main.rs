@@ -23,7 +23,7 @@ use std::{net::SocketAddr, path::Path, process::ExitCode, sync::mpsc, thread, ti
 
 use control::preset;
 use controller::{Config, DriveError, drive_until};
-use endpoint::{ControllerSettings, MessageRow, PlantSettings, SampleTime, report};
+use endpoint::{ControllerSettings, MessageRow, PlantSettings, Policy, SampleTime, report};
 use tokio::sync::oneshot;
 
 const MS: u64 = 1_000_000;
@@ -87,7 +87,6 @@ fn with_settings<T>(
         reference: None,
         out: out.to_owned(),
         again: false,
-        fifo: true,
     };
     let motor = preset::paper_plant().sampled(config.settings.h.ns());
     let motor = motor.expect("it can be sampled").stepper();
@@ -134,7 +133,7 @@ fn config(
         connections: 2,
         out: out.to_owned(),
         again: false,
-        fifo: true,
+        scheduling: Policy::Fifo,
     }
 }
 

@@ -94,4 +94,7 @@ pub struct PageAsked {
     pub timer: Timer,
     /// The least delay that a timer is given.
     pub floor_ns: u64,
+    /// How long it draws in each 100 ms, beside the loop.
+    #[serde(default)]
+    pub chores_ns: u64,
 }

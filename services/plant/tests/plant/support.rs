@@ -11,7 +11,7 @@ use std::{
 };
 
 use control::{Stepper, preset};
-use endpoint::{Model, Observation, PlantSettings, SampleTime, report};
+use endpoint::{Model, Observation, PlantSettings, Policy, SampleTime, report};
 use plant::{Config, Ready, ServeError, serve_until};
 use tokio::sync::oneshot;
 
@@ -19,12 +19,14 @@ pub(crate) fn config(out: &Path) -> Config {
     Config {
         listen: "127.0.0.1:0".parse().expect("an address"),
         hosts: ["plant", "a", "b"].map(str::to_owned).into(),
-        settings: PlantSettings::new(SampleTime::try_new(3_000_000).expect("3 ms")),
+        settings: PlantSettings {
+            scheduling: Policy::Other,
+            ..PlantSettings::new(SampleTime::try_new(3_000_000).expect("3 ms"))
+        },
         law: None,
         reference: None,
         out: out.to_owned(),
         again: false,
-        fifo: false,
     }
 }
 

@@ -71,6 +71,25 @@ fn each_point_says_what_the_kept_run_says_of_its_claims() {
     );
 }
 
+/// What the tunnel adds, in the medians of six loops' median round trips, is what the page says.
+#[test]
+fn what_a_tunnel_costs_is_what_the_kept_loops_took() {
+    let mut rows =
+        csv::Reader::from_path(format!("{ROOT}/results/wireguard/round-trips.csv")).expect("kept");
+    let mut by_way: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for row in rows.records() {
+        let row = row.expect("a row");
+        by_way
+            .entry(row[0].to_owned())
+            .or_default()
+            .push(row[3].parse().expect("ms"));
+    }
+    let median = |way: &str| analysis::statistics::median(&by_way[way]).expect("six");
+    let more_ms = median("wireguard") - median("bare");
+    let told = format!("a WireGuard tunnel adds {more_ms:.2} ms");
+    assert!(text(PAGE).contains(&told), "{told}");
+}
+
 /// A row with its last cell made from the board.
 fn with_verdicts(line: &str, board: &BTreeMap<&str, &Value>) -> String {
     let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
