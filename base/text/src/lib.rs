@@ -5,6 +5,7 @@
 //! - [`duration_ns`], [`share`], [`rate_bps`]: the one grammar of times, shares and rates. [`duration_text`] and
 //!   [`span_text`] write times.
 //! - [`is_name`]: names of links, systems, experiments and programs. [`Whole`]: a whole number in a range.
+//! - [`or_nearest`]: the name that somebody may have meant.
 //! - [`counted`]: `1 run`, `2 runs`; [`one_of`]: `open or closed`. [`significant`]: a number to so many digits.
 //! - [`plain()`], [`excerpt`]: a text from outside, made harmless where it is shown.
 //! - [`column`](mod@column): the columns of a table, declared once, and how its rows are written and read.
@@ -19,6 +20,7 @@ mod duration;
 mod field;
 mod list;
 mod name;
+mod nearest;
 mod plain;
 mod plural;
 mod quantity;
@@ -32,9 +34,10 @@ pub use digits::{decimals, significant};
 pub use duration::{duration_ns, exact_ns};
 pub use list::one_of;
 pub use name::{is_device, is_name, is_plain};
+pub use nearest::{nearest, or_nearest};
 pub use plain::{excerpt, excerpt_of_line, is_active, plain};
 pub use plural::counted;
 pub use quantity::{Flaw, InvalidQuantity, rate_bps, share};
 pub use sentence::sentence;
 pub use span::{DAY_NS, MINUTE_NS, WEEK_NS, duration_text, span_text};
-pub use whole::Whole;
+pub use whole::{NotWhole, Whole};

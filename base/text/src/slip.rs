@@ -1,6 +1,8 @@
 //! What serde has against a text, in words for people: what was given, and what would be right. Its own words name
 //! types of the program, which nobody can write into a file.
 
+use crate::nearest::or_nearest;
+
 /// What is wrong with a text of TOML.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Slip<'a> {
@@ -42,6 +44,12 @@ impl<'a> Slip<'a> {
         if let Some((given, words)) = quoted("unknown variant ") {
             return Self::Word { given, words };
         }
+        if let Some(tables) = message.strip_prefix("unexpected keys in table: ")
+            && let Some((given, keys)) = tables.split_once(", available keys: ")
+        {
+            let keys = keys.replace('`', "");
+            return Self::Key { given, keys };
+        }
         if message.starts_with("wanted ") {
             return Self::Value {
                 given: given(written),
@@ -72,16 +80,13 @@ impl<'a> Slip<'a> {
                 let key = field.rsplit('.').next().unwrap_or_default();
                 (format!("`{key}` is {given}"), format!("give {expected}"))
             }
-            Self::Word { given, words } => {
-                (format!("`{given}` is unknown"), format!("choose {words}"))
-            }
+            Self::Word { given, words } => (format!("`{given}` is unknown"), meant(given, &words)),
             Self::Key { given, keys } if keys.is_empty() => {
                 (format!("there is no key `{given}`"), help.to_owned())
             }
-            Self::Key { given, keys } => (
-                format!("there is no key `{given}`"),
-                format!("choose {keys}"),
-            ),
+            Self::Key { given, keys } => {
+                (format!("there is no key `{given}`"), meant(given, &keys))
+            }
             Self::Missing { key } => {
                 if !field.is_empty() {
                     field.push('.');
@@ -92,6 +97,12 @@ impl<'a> Slip<'a> {
             Self::Other(message) => (message.to_owned(), help.to_owned()),
         }
     }
+}
+
+/// What there is to choose from, `h, mode or r`, after the one that was meant.
+fn meant(given: &str, choices: &str) -> String {
+    let names = choices.split(", ").flat_map(|names| names.split(" or "));
+    or_nearest(given, names, &format!("choose {choices}"))
 }
 
 /// A value as written, or what sort of value it is if that is long.
@@ -119,7 +130,7 @@ fn plain(expected: &str) -> String {
         "f64" | "f32" => "a number",
         "a string" | "string" => "a text in quotes",
         "a boolean" | "boolean" => "true or false",
-        "a sequence" | "sequence" => "a list",
+        "a sequence" | "sequence" => "a list, such as [\"a\", \"b\"]",
         "a map" | "map" => "a table",
         "variant identifier" => "one word in quotes",
         "string or map" => "a word in quotes, or a table",
@@ -184,12 +195,12 @@ mod tests {
             (
                 "unknown field `hh`, expected one of `h`, `mode`",
                 "hh",
-                "cells.together: there is no key `hh`; choose h or mode",
+                "cells.together: there is no key `hh`; did you mean `h`? If not, choose h or mode",
             ),
             (
                 "unknown variant `u`, expected `up` or `down`",
                 "'u'",
-                "cells.together: `u` is unknown; choose up or down",
+                "cells.together: `u` is unknown; did you mean `up`? If not, choose up or down",
             ),
             (
                 "invalid length 3, expected a tuple of size 2",

@@ -1,6 +1,7 @@
 //! A whole number in a range, as a file gives it: a number outside is refused with the range.
 
 use std::fmt;
+use std::str::FromStr;
 
 use serde::Serialize;
 use serde::de::{Deserialize, Deserializer, Error, Unexpected, Visitor};
@@ -17,6 +18,29 @@ impl<const LEAST: u32, const MOST: u32> Whole<LEAST, MOST> {
     #[must_use]
     pub fn get(self) -> u32 {
         self.0
+    }
+}
+
+/// A text that is no whole number in a range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("give a whole number from {least} to {most}")]
+pub struct NotWhole {
+    least: u32,
+    most: u32,
+}
+
+impl<const LEAST: u32, const MOST: u32> FromStr for Whole<LEAST, MOST> {
+    type Err = NotWhole;
+
+    fn from_str(text: &str) -> Result<Self, NotWhole> {
+        let number = text.parse().ok();
+        number
+            .filter(|number| (LEAST..=MOST).contains(number))
+            .map(Whole)
+            .ok_or(NotWhole {
+                least: LEAST,
+                most: MOST,
+            })
     }
 }
 

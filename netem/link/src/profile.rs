@@ -224,6 +224,30 @@ impl Profile {
     /// Names of the built-in profiles, in the paper's order.
     pub const BUILTIN: &[&str] = &["arima", "buccoo", "couva", "diego-lan", "diego-vpn"];
 
+    /// What each of them is, for those who do not know the paper: another name for the same link.
+    pub const PLAIN: &[(&str, &str)] = &[
+        ("loopback", "arima"),
+        ("wired", "buccoo"),
+        ("wifi", "couva"),
+        ("datacenter", "diego-lan"),
+        ("vpn", "diego-vpn"),
+    ];
+
+    /// All names of the built-in profiles to choose from, in words: `loopback (arima), wired (buccoo), ...`.
+    #[must_use]
+    pub fn choices() -> String {
+        let words = Profile::PLAIN.iter();
+        let words = words.map(|(plain, papers)| format!("{plain} ({papers})"));
+        words.collect::<Vec<_>>().join(", ")
+    }
+
+    /// Every name that a built-in profile has.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        let plain = Profile::PLAIN.iter().map(|(plain, _)| *plain);
+        let others = Profile::BUILTIN.iter().chain(Profile::READINGS);
+        plain.chain(others.copied())
+    }
+
     /// Names of the built-in profiles that are other readings of one of those: the paper's text
     /// allows them but does not state them.
     pub const READINGS: &[&str] = &[
@@ -234,10 +258,11 @@ impl Profile {
         "diego-vpn-hold-1s",
     ];
 
-    /// The TOML source of a built-in profile.
+    /// The TOML source of a built-in profile, by the paper's name or the plain one.
     #[must_use]
     pub fn builtin(name: &str) -> Option<&'static str> {
-        match name {
+        let plain = Profile::PLAIN.iter().find(|(plain, _)| *plain == name);
+        match plain.map_or(name, |(_, papers)| papers) {
             "arima" => Some(include_str!("../profiles/arima.toml")),
             "buccoo" => Some(include_str!("../profiles/buccoo.toml")),
             "couva" => Some(include_str!("../profiles/couva.toml")),

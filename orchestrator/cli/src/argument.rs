@@ -6,9 +6,11 @@
 #![allow(clippy::doc_markdown)]
 
 mod again;
+mod attempt;
 mod campaign;
 mod conform;
 mod field;
+mod help;
 mod link;
 mod margin;
 mod matrix;
@@ -20,13 +22,16 @@ mod system;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::error::{ContextKind, ContextValue};
+use clap::{FromArgMatches, Parser, Subcommand, ValueEnum};
 
+pub(crate) use attempt::Try;
 pub(crate) use campaign::{
     Allowed, Backend, Calibrate, Choice, Gate, Gc, Player, Progress, Run, RunCell, UNDECIDED,
     Undecided, word,
 };
 pub(crate) use conform::Conform;
+pub(crate) use help::command;
 pub(crate) use link::{LinkCommand, LinkLint, LinkShow, Probe, Way};
 pub(crate) use margin::Margin;
 pub(crate) use matrix::{Document, Matrix, MatrixFormat};
@@ -65,7 +70,10 @@ pub(crate) struct Argument {
 impl Argument {
     /// Parses the command line. Prints help or a usage error, and ends the program, if necessary.
     pub(crate) fn read() -> Argument {
-        Argument::try_parse().unwrap_or_else(|error| {
+        let read = help::command().try_get_matches();
+        let read = read.and_then(|matches| Argument::from_arg_matches(&matches));
+        read.unwrap_or_else(|mut error| {
+            offer(&mut error);
             // It quotes the command line, in colours of its own.
             let said = error.render().to_string();
             if error.use_stderr() && said.contains(text::is_active) {
@@ -83,6 +91,26 @@ impl Argument {
     }
 }
 
+/// Offers the command that was meant, where clap has none to offer.
+fn offer(error: &mut clap::Error) {
+    let (meant, given) = (
+        ContextKind::SuggestedSubcommand,
+        ContextKind::InvalidSubcommand,
+    );
+    if error.get(meant).is_some() {
+        return;
+    }
+    let Some(ContextValue::String(given)) = error.get(given) else {
+        return;
+    };
+    let all = help::command();
+    let shown = all.get_subcommands().filter(|one| !one.is_hide_set());
+    let name = text::nearest(given, shown.map(clap::Command::get_name));
+    if let Some(name) = name.map(str::to_owned) {
+        error.insert(meant, ContextValue::Strings(vec![name]));
+    }
+}
+
 /// How log lines look.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum LogFormat {
@@ -94,6 +122,8 @@ pub(crate) enum LogFormat {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Your own controller, plant or system over a link, in one line
+    Try(Try),
     /// Run an experiment and print its table, or the findings and maps of a sweep
     Run(Run),
     /// Fail unless an experiment shows what it expects, in virtual time and then for real

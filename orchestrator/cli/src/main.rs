@@ -14,6 +14,7 @@ mod command;
 mod diagnostic;
 mod exit;
 mod expectation;
+mod file_kind;
 mod live;
 mod logging;
 mod progress;
@@ -33,6 +34,7 @@ fn main() -> std::process::ExitCode {
     }
     logging::start(&argument);
     let outcome = match argument.command {
+        Command::Try(attempt) => command::attempt::run(&attempt),
         Command::Run(run) => command::run::run(&run),
         Command::Gate(gate) => command::gate::run(&gate),
         Command::RunCell(cell) => command::run_cell::run(&cell),
@@ -49,6 +51,7 @@ fn main() -> std::process::ExitCode {
         Command::System(SystemCommand::Show(show)) => command::system::show(&show),
         Command::System(SystemCommand::Lint(lint)) => command::system::lint(&lint),
         Command::System(SystemCommand::Schema) => command::system::schema(),
+        Command::Link(LinkCommand::List) => command::link::list(),
         Command::Link(LinkCommand::Show(show)) => command::link::show(&show),
         Command::Link(LinkCommand::Lint(lint)) => command::link::lint(&lint),
         Command::Link(LinkCommand::Schema) => command::link::schema(),

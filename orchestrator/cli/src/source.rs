@@ -10,10 +10,11 @@ use link::Profile;
 use plan::system::System;
 use plan::{EXPERIMENTS, Instead, Library, Plan, ProfileText, Program};
 use record::file;
-use text::{Diagnostic, Severity};
+use text::{Diagnostic, Severity, or_nearest};
 
 use crate::diagnostic;
 use crate::exit::Failure;
+use crate::file_kind::FileKind;
 
 /// The folder of a clone's profiles; these can be given by name alone.
 const PROFILES: &str = "netem/profiles";
@@ -52,6 +53,9 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
             format!("there is no topology `{asked}`")
         }
     })?;
+    if let Some(problem) = other_kind(&source, asked, FileKind::Profile, "no link") {
+        return Err(problem);
+    }
     let traces = RefCell::new(BTreeMap::new());
     let unread = RefCell::new(None);
     let trace = |name: &str| {
@@ -74,20 +78,29 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
     })
 }
 
+/// What is wrong with a text of another kind than is asked for.
+fn other_kind(text: &str, asked: &str, kind: FileKind, what_not: &str) -> Option<String> {
+    let other = FileKind::of(text).filter(|other| *other != kind)?;
+    Some(format!("`{asked}` is {other}, and {what_not}"))
+}
+
 /// The text of an experiment, by built-in name or by path.
 fn named(asked: &str) -> Result<String, Failure> {
     if let Some((_, text)) = EXPERIMENTS.iter().find(|(name, _)| *name == asked) {
         return Ok((*text).to_owned());
     }
     given(Path::new(asked)).map_err(|problem| {
-        Failure::usage(if looks_like_a_path(asked) {
+        Failure::usage(if Path::new(asked).is_dir() {
+            anyhow!(
+                "`{asked}` is a folder; give an experiment's file, or `webloop show {asked}` for the table of results"
+            )
+        } else if looks_like_a_path(asked) {
             anyhow!("the experiment file `{asked}` cannot be read: {problem}")
         } else {
             let names: Vec<&str> = EXPERIMENTS.iter().map(|(name, _)| *name).collect();
-            anyhow!(
-                "there is no experiment `{asked}`; use one of {}, or the path of a file",
-                names.join(", ")
-            )
+            let remedy = format!("use one of {}, or the path of a file", names.join(", "));
+            let remedy = or_nearest(asked, names, &remedy);
+            anyhow!("there is no experiment `{asked}`; {remedy}")
         })
     })
 }
@@ -140,10 +153,12 @@ pub(crate) fn profile(asked: &str) -> Result<Profile, Failure> {
 /// The text of a profile given by name or path.
 pub(crate) fn named_profile(asked: &str) -> Result<ProfileText, Failure> {
     profile_text(asked).map_err(|problem| {
-        Failure::usage(anyhow!(
-            "{problem}; use one of {}, or the path of a profile file",
-            Profile::BUILTIN.join(", ")
-        ))
+        let remedy = format!(
+            "use one of {}, or the path of a profile file",
+            Profile::choices()
+        );
+        let remedy = or_nearest(asked, Profile::names(), &remedy);
+        Failure::usage(anyhow!("{problem}; {remedy}"))
     })
 }
 
@@ -172,13 +187,71 @@ pub(crate) fn read(text: &ProfileText, origin: &str) -> (Option<Profile>, Vec<Di
 /// Resolves an experiment given by name or path, with `instead` in place of its own values.
 fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
     // Check what was typed by itself: it is not in the file, so a drawing could not point to it.
-    if let Some(topology) = &instead.topology {
+    for topology in &instead.topology {
         profile(topology)?;
     }
+    for asked in &instead.system {
+        system(asked)?;
+    }
     let source = current(named(asked)?, asked);
-    instead.check_client(&source).map_err(Failure::usage)?;
-    Plan::resolve(&source, asked, instead, Disk::beside(asked)).map_err(|invalid| {
-        diagnostic::draw(&source, asked, &invalid);
+    if let Some(kind) = FileKind::of(&source).filter(|kind| *kind != FileKind::Experiment) {
+        return Err(Failure::usage(anyhow!(
+            "{asked} is {kind}; {}",
+            kind.use_for_it()
+        )));
+    }
+    instead.check_clients(&source).map_err(Failure::usage)?;
+    let plan = resolve(&source, asked, instead, Disk::beside(asked))?;
+    // Said and not refused: an experiment may name a program that one machine has, and another has not.
+    for missing in missing_programs(&plan) {
+        say!("webloop: {asked}: {missing}; its runs will fail");
+    }
+    Ok(plan)
+}
+
+/// What the programs of a plan are started by and this machine has not: a sentence each. What an image has is not known
+/// here.
+pub(crate) fn missing_programs(plan: &Plan) -> Vec<String> {
+    let of_clients = plan.programs.iter();
+    let of_clients = of_clients.map(|(name, program)| (format!("client `{name}`"), program));
+    let of_plants = plan.plants.iter();
+    let of_plants = of_plants.map(|(name, program)| (format!("the plant of `{name}`"), program));
+    let all = of_clients.chain(of_plants);
+    all.filter_map(|(who, program)| {
+        let file = missing_file(program)?;
+        Some(format!("{who} is started by {file}, which is not there"))
+    })
+    .collect()
+}
+
+/// The program's own file, or the script of an interpreter, that is not there.
+fn missing_file(program: &Program) -> Option<&str> {
+    let is_path = |word: &&String| Path::new(word).is_absolute();
+    let started = match program.run.as_slice() {
+        [first, ..] if is_path(&first) => first,
+        [_, script, ..] if is_path(&script) => script,
+        _ => return None,
+    };
+    (program.image.is_none() && !Path::new(started).exists()).then_some(started)
+}
+
+/// Resolves the text of an experiment as if it were in this file, beside files of these texts.
+pub(crate) fn plan_of_text(
+    source: &str,
+    file: &str,
+    beside: &BTreeMap<&'static str, String>,
+    instead: &Instead,
+) -> Result<Plan, Failure> {
+    let disk = Disk {
+        written: beside.clone(),
+        ..Disk::beside(file)
+    };
+    resolve(source, file, instead, disk)
+}
+
+fn resolve(source: &str, asked: &str, instead: &Instead, disk: Disk) -> Result<Plan, Failure> {
+    Plan::resolve(source, asked, instead, disk).map_err(|invalid| {
+        diagnostic::draw(source, asked, &invalid);
         Failure::usage(anyhow!("{asked} cannot be run"))
     })
 }
@@ -200,12 +273,15 @@ pub(crate) fn timings(file: Option<&Path>) -> Result<Timings, Failure> {
 struct Disk {
     /// The folder of the experiment's file.
     folder: PathBuf,
+    /// System files that are not on the disk yet, by their names.
+    written: BTreeMap<&'static str, String>,
 }
 
 impl Disk {
     fn beside(file: &str) -> Disk {
         Disk {
             folder: folder_of(file),
+            written: BTreeMap::new(),
         }
     }
 }
@@ -260,7 +336,11 @@ impl Library for Disk {
     }
 
     fn system(&mut self, asked: &str) -> Result<String, String> {
-        system_text(&self.word(asked))
+        let name = asked.strip_prefix("./").unwrap_or(asked);
+        match self.written.get(name) {
+            Some(text) => Ok(text.clone()),
+            None => system_text(&self.word(asked)),
+        }
     }
 
     fn word(&mut self, asked: &str) -> String {
@@ -280,23 +360,28 @@ pub(crate) fn system_text(asked: &str) -> Result<String, String> {
     if let Some(text) = System::built_in(asked) {
         return Ok(text.to_owned());
     }
-    given(Path::new(asked)).map_err(|problem| {
+    let text = given(Path::new(asked)).map_err(|problem| {
         if looks_like_a_path(asked) {
             format!("the system file `{asked}` cannot be read: {problem}")
         } else {
             format!("there is no system `{asked}`")
         }
-    })
+    })?;
+    match other_kind(&text, asked, FileKind::System, "no system") {
+        None => Ok(text),
+        Some(problem) => Err(problem),
+    }
 }
 
 /// Reads a system that can be run; draws a fault on standard error.
 pub(crate) fn system(asked: &str) -> Result<System, Failure> {
     let text = system_text(asked).map_err(|problem| {
         let names: Vec<&str> = System::built_in_names().collect();
-        Failure::usage(anyhow!(
-            "{problem}; use one of {}, or the path of a system file",
+        let remedy = format!(
+            "use one of {}, or the path of a system file",
             names.join(", ")
-        ))
+        );
+        Failure::usage(anyhow!("{problem}; {}", or_nearest(asked, names, &remedy)))
     })?;
     System::read(&text).map_err(|fault| {
         diagnostic::draw(&text, asked, &fault);
@@ -319,16 +404,15 @@ pub(crate) fn plan_of(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
              experiment"
         )));
     }
-    let instead = (&instead.topology, &instead.client, &*instead.fixed);
-    match (seed == plan.seed, instead) {
-        (true, (None, None, [])) => Ok(plan),
+    match (seed == plan.seed, instead.keeps_cells()) {
+        (true, true) => Ok(plan),
         (false, _) => Err(Failure::usage(anyhow!(
             "{asked} is a plan of seed {}; leave --seed {seed} out, or give the experiment",
             plan.seed
         ))),
         _ => Err(Failure::usage(anyhow!(
-            "{asked} is a plan, which fixes topologies, clients and axes; choose among its cells with \
-             --only, or give the experiment"
+            "{asked} is a plan, which fixes what its cells are; choose among them with --only, or give the \
+             experiment"
         ))),
     }
 }

@@ -296,6 +296,16 @@ impl Client {
         }
     }
 
+    /// What to give in place of a word that is no client.
+    fn or_nearest(word: &str) -> String {
+        let names = Client::ALL.map(|client| client.spec().name);
+        let remedy = format!("choose {}", Client::choices());
+        if word.contains([' ', '.', '/']) {
+            return format!("{remedy}; a program of your own runs by `webloop try -- {word}`");
+        }
+        text::or_nearest(word, names, &remedy)
+    }
+
     /// The names to choose from: `native, python, chromium or firefox`.
     #[must_use]
     pub fn choices() -> String {
@@ -305,7 +315,7 @@ impl Client {
 
 /// A word that is not the name of a client.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("client `{0}` is unknown; choose {choices}", choices = Client::choices())]
+#[error("client `{0}` is unknown; {remedy}", remedy = Client::or_nearest(.0))]
 pub struct UnknownClient(String);
 
 impl Typed for Client {

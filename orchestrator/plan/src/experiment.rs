@@ -136,7 +136,7 @@ pub(crate) struct Block {
 }
 
 /// How many times something is run; a plan has room for no more.
-type RepeatCount = Whole<1, { CELLS_MAX as u32 }>;
+pub type RepeatCount = Whole<1, { CELLS_MAX as u32 }>;
 
 /// One combination of a block's settings: one value of each list that has any. Topology, system,
 /// client, h and repeat are not part of it.
@@ -180,6 +180,21 @@ impl Block {
     /// The list under `key`, if the block has it.
     pub(crate) fn list_mut(&mut self, key: &str) -> Option<&mut List> {
         self.lists.get_mut(key)
+    }
+
+    /// Has these words under `key`, at the place of its own list, or of the block if it has none. A list that is there
+    /// and empty stays so: that is a mistake of its own.
+    pub(crate) fn set(&mut self, key: &'static str, words: &[String]) {
+        let span = self.place().span();
+        match self.lists.get_mut(key) {
+            Some(own) if own.words().is_empty() => {}
+            Some(own) => own.replace(words),
+            None => self
+                .lists
+                .entry(key)
+                .or_insert_with(|| List::at(span))
+                .replace(words),
+        }
     }
 
     /// The place for an error about the whole block: its `mode`, which every block has.

@@ -74,6 +74,7 @@ pub use client::{Client, ClientSpec, UnknownClient};
 pub use echo::{Phase, ProbeRow};
 pub use end_fault::{End, EndEffect, EndFault, EndFaultDone, STARVED_NS};
 pub use expect::Expectation;
+pub use experiment::RepeatCount;
 pub use fault::{Fault, FaultEvent};
 pub use faults::FaultSpell;
 pub use instead::Instead;

@@ -53,16 +53,23 @@ impl List {
         Spanned::new(self.span.clone(), self.words.clone())
     }
 
-    /// Replaces the values by `word` alone, at the place of the list. An empty list stays empty.
-    pub(crate) fn replace(&mut self, word: &str) {
-        if !self.words.is_empty() {
-            self.words = vec![Spanned::new(self.span.clone(), word.to_owned())];
+    /// A list of nothing at a place.
+    pub(crate) fn at(span: Range<usize>) -> List {
+        List {
+            span,
+            ..List::default()
         }
     }
 
-    /// Keeps only the values equal to `word`.
-    pub(crate) fn keep(&mut self, word: &str) {
-        self.words.retain(|own| own.get_ref() == word);
+    /// Replaces the values by these words, at the place of the list.
+    pub(crate) fn replace(&mut self, words: &[String]) {
+        let placed = |word: &String| Spanned::new(self.span.clone(), word.clone());
+        self.words = words.iter().map(placed).collect();
+    }
+
+    /// Keeps only the values that are one of these.
+    pub(crate) fn keep(&mut self, words: &[String]) {
+        self.words.retain(|own| words.contains(own.get_ref()));
     }
 }
 

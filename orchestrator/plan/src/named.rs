@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::system::System;
 use endpoint::SampleTime;
-use text::Diagnostic;
+use text::{Diagnostic, or_nearest};
 use toml::Spanned;
 
 use crate::experiment::Block;
@@ -50,9 +50,10 @@ impl Reader<'_> {
         let text = library.profile(asked.get_ref()).map_err(|problem| {
             let remedy = format!(
                 "use one of {}, or the path of a profile file",
-                link::Profile::BUILTIN.join(", ")
+                link::Profile::choices()
             );
-            self.invalid(asked, problem, &remedy)
+            let names = link::Profile::names();
+            self.invalid(asked, problem, &or_nearest(asked.get_ref(), names, &remedy))
         })?;
         let parsed = text.profile(asked.get_ref()).map_err(|findings| {
             let problem = findings
@@ -109,7 +110,8 @@ impl Reader<'_> {
                 "use one of {}, or the path of a system file",
                 names.join(", ")
             );
-            self.invalid(asked, problem, &remedy)
+            let names = System::built_in_names();
+            self.invalid(asked, problem, &or_nearest(asked.get_ref(), names, &remedy))
         })?;
         let system = System::read(&text).map_err(|fault| {
             let remedy = format!(

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use text::{Diagnostic, TomlText};
+use text::{Diagnostic, TomlText, Whole};
 use toml::Spanned;
 
 use crate::expect::Expect;
@@ -52,10 +52,11 @@ impl Reader<'_> {
     ) -> Result<(), Diagnostic> {
         let own = table.get_ref();
         let mut axes = own.axes();
-        for (axis, word) in instead.fixed() {
+        for (axis, words) in instead.fixed() {
             let place = axes.get(&axis).map_or(0..0, Spanned::span);
-            let only = vec![Spanned::new(place.clone(), word.clone())];
-            axes.insert(axis, Spanned::new(place, only));
+            let placed = |word: &String| Spanned::new(place.clone(), word.clone());
+            let only = words.iter().map(placed).collect();
+            axes.insert(axis, Spanned::new(place.clone(), only));
         }
         for (axis, words) in &mut axes {
             for word in words.get_mut() {
@@ -69,8 +70,11 @@ impl Reader<'_> {
         }
         let hold_ns = own.hold.as_ref().map(|hold| self.duration(hold));
         let sweep = SweepText {
-            duration_ns: self.duration(&own.duration)?,
-            repeats: own.repeats.get(),
+            duration_ns: match &instead.duration {
+                None => self.duration(&own.duration)?,
+                Some(word) => self.duration(&Spanned::new(own.duration.span(), word.clone()))?,
+            },
+            repeats: instead.repeats.map_or(own.repeats.get(), Whole::get),
             rho: *own.rho.get_ref(),
             hold_ns: hold_ns.transpose()?.unwrap_or(HOLD_NS),
             axes: axes

@@ -66,6 +66,14 @@ pub enum InvalidSampleTime {
         /// The given sample time, ns.
         ns: u64,
     },
+    /// It is a rate.
+    #[error("sample time `{text}` is a rate; write {h}, the time from one sample to the next")]
+    Rate {
+        /// The given text.
+        text: String,
+        /// Its sample time.
+        h: SampleTime,
+    },
     /// It is not a number with a unit.
     #[error(
         "sample time `{text}` is not a number with a unit that makes whole nanoseconds; \
@@ -81,11 +89,27 @@ impl FromStr for SampleTime {
     type Err = InvalidSampleTime;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let ns = exact_ns(text).map_err(|_| InvalidSampleTime::NotATime {
-            text: text.to_owned(),
+        let text_of = || text.to_owned();
+        let ns = exact_ns(text).map_err(|_| match of_rate(text) {
+            Some(h) => InvalidSampleTime::Rate { text: text_of(), h },
+            None => InvalidSampleTime::NotATime { text: text_of() },
         })?;
         Self::try_new(ns)
     }
+}
+
+/// The sample time of a rate such as `100 Hz`, to the microsecond; `None` if the text is none.
+fn of_rate(text: &str) -> Option<SampleTime> {
+    let number = text.trim().strip_suffix("Hz")?;
+    let (number, hz) = match number.strip_suffix('k') {
+        Some(number) => (number, 1e3),
+        None => (number, 1.0),
+    };
+    let rate_hz = number.trim().parse::<f64>().ok()? * hz;
+    let h_us = (1e6 / rate_hz).round();
+    let is_whole = (1.0..=3.6e9).contains(&h_us);
+    // Within u64 by the line above.
+    SampleTime::try_new(if is_whole { h_us as u64 * 1_000 } else { 0 }).ok()
 }
 
 impl fmt::Display for SampleTime {

@@ -21,6 +21,12 @@ fn every_profile_is_valid_without_a_warning_and_called_as_its_file() {
     }
     read(EXAMPLE, "example");
     assert_eq!(Profile::builtin("tobago"), None);
+    // Each of the paper's has one plain name, which is the same link.
+    let papers = Profile::PLAIN.iter().map(|(_, papers)| *papers);
+    assert!(papers.eq(Profile::BUILTIN.iter().copied()));
+    for (plain, papers) in Profile::PLAIN {
+        assert_eq!(Profile::builtin(plain), Profile::builtin(papers));
+    }
 }
 
 #[test]

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use clap::ValueEnum;
 
-use super::campaign::{Backend, Choice, Player, Run, word};
+use plan::RepeatCount;
+
+use super::campaign::{Backend, Choice, Player, Replacement, Run, word};
 
 impl Run {
     /// The command line that repeats what is not complete in this folder: with all options that change what runs,
@@ -17,8 +19,7 @@ impl Run {
             choice: Choice { only, cells, shard },
             full,
             jobs,
-            topology,
-            client,
+            instead,
             fix,
             seed,
             backend,
@@ -53,8 +54,7 @@ impl Run {
         line.given("--shard", shard.as_ref());
         line.flag("--full", *full);
         line.given("--jobs", jobs.as_ref());
-        line.given("--topology", topology.as_ref());
-        line.given("--client", client.as_ref());
+        instead.repeat(&mut line);
         fix.iter()
             .for_each(|(axis, value)| line.value("--fix", &format!("{axis}={value}")));
         line.given("--seed", seed.as_ref());
@@ -74,6 +74,26 @@ impl Run {
         line.value("--out", &folder.display().to_string());
         line.flag("--failed", true);
         line.0
+    }
+}
+
+impl Replacement {
+    fn repeat(&self, line: &mut Line) {
+        let Replacement {
+            topology,
+            client,
+            system,
+            h,
+            duration,
+            repeats,
+        } = self;
+        line.list("--topology", topology);
+        line.list("--client", client);
+        line.list("--system", system);
+        let h: Vec<String> = h.iter().map(ToString::to_string).collect();
+        line.list("--h", &h);
+        line.given("--duration", duration.as_ref());
+        line.given("--repeats", repeats.map(RepeatCount::get).as_ref());
     }
 }
 
@@ -104,6 +124,12 @@ impl Line {
     fn given(&mut self, name: &str, value: Option<&impl ToString>) {
         if let Some(value) = value {
             self.value(name, &value.to_string());
+        }
+    }
+
+    fn list(&mut self, name: &str, values: &[String]) {
+        if !values.is_empty() {
+            self.value(name, &values.join(","));
         }
     }
 
@@ -169,9 +195,17 @@ mod tests {
             "--jobs",
             "2",
             "--topology",
-            "./my link.toml",
+            "./my link.toml,couva",
             "--client",
             "python",
+            "--system",
+            "pendulum",
+            "--h",
+            "3ms,10ms",
+            "--duration",
+            "2s",
+            "--repeats",
+            "4",
             "--seed",
             "7",
             "--backend",

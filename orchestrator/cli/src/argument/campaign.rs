@@ -10,8 +10,9 @@ use std::sync::LazyLock;
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use endpoint::SampleTime;
 use plan::sweep::Axis;
-use plan::{Clause, EXPERIMENTS, Selection, Shard};
+use plan::{Clause, EXPERIMENTS, RepeatCount, Selection, Shard};
 
 /// What an experiment can be: a built-in one, or a file.
 pub(super) static EXPERIMENT: LazyLock<String> = LazyLock::new(|| {
@@ -37,17 +38,13 @@ pub(crate) struct Run {
     /// How many cells run at a time, instead of the experiment's number; they share the processors
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
     pub(crate) jobs: Option<u16>,
-    /// Use this topology or profile file instead of the experiment's
-    #[arg(long, value_name = "NAME")]
-    pub(crate) topology: Option<String>,
-    /// Use this client instead of the experiment's
-    #[arg(long, value_name = "NAME")]
-    pub(crate) client: Option<String>,
+    #[command(flatten)]
+    pub(crate) instead: Replacement,
     /// Fix an axis of a sweep to one value, such as kp=0.17 (repeatable)
     #[arg(long, value_name = "AXIS=VALUE", value_parser = fixed)]
     pub(crate) fix: Vec<(Axis, String)>,
     /// The campaign's seed; equal seeds give equal links
-    #[arg(long)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     pub(crate) seed: Option<u64>,
     /// Where the cells run
     #[arg(long, value_enum, default_value_t = Backend::Netns, value_name = "WHERE")]
@@ -97,6 +94,29 @@ pub(crate) struct Run {
     pub(crate) undecided: Undecided,
 }
 
+/// What every block of cells, or a sweep, has in place of its own.
+#[derive(Debug, Clone, Default, Args)]
+pub(crate) struct Replacement {
+    /// Topologies or profile files instead of the experiment's (repeatable)
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(crate) topology: Vec<String>,
+    /// Clients instead of the experiment's (repeatable)
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(crate) client: Vec<String>,
+    /// Systems or system files instead of the experiment's (repeatable)
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(crate) system: Vec<String>,
+    /// Sample times instead of the experiment's (repeatable)
+    #[arg(long, value_name = "TIME,...", value_delimiter = ',')]
+    pub(crate) h: Vec<SampleTime>,
+    /// How long each run lasts, instead of the experiment's
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    pub(crate) duration: Option<String>,
+    /// How many runs of each, instead of the experiment's
+    #[arg(long, value_name = "N")]
+    pub(crate) repeats: Option<RepeatCount>,
+}
+
 impl Run {
     /// How often a cell that is disturbed is tried, if nothing else is asked.
     pub(crate) const TRIES: u8 = 3;
@@ -109,6 +129,17 @@ impl Run {
             &self.experiment
         }
     }
+}
+
+/// A time, as an experiment has it.
+pub(super) fn duration(text: &str) -> anyhow::Result<String> {
+    super::time(text).map(|_| text.to_owned())
+}
+
+/// A seed.
+pub(super) fn seed(text: &str) -> anyhow::Result<u64> {
+    text.parse()
+        .map_err(|_| anyhow::anyhow!("give a whole number from 0 to {}", u64::MAX))
 }
 
 /// Parses an axis and the value that it is fixed to.

@@ -12,6 +12,8 @@ use super::Player;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum LinkCommand {
+    /// List the built-in links
+    List,
     /// Say in plain words what a link does, and what a ping through it will see
     Show(LinkShow),
     /// Check a profile file
@@ -24,6 +26,9 @@ pub(crate) enum LinkCommand {
 pub(crate) struct LinkShow {
     /// A built-in topology, or the path of a profile file
     pub(crate) profile: String,
+    /// Print its file instead, to save and change
+    #[arg(long, conflicts_with = "tc")]
+    pub(crate) toml: bool,
     /// Print the tc commands for one direction, as a script to read or replay by hand; webloop itself feeds them to one `tc -batch -`, each at its time
     #[arg(long)]
     pub(crate) tc: bool,

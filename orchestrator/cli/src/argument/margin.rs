@@ -27,8 +27,8 @@ pub(crate) struct Margin {
     /// Integral gain in 1/s, instead of the system's
     #[arg(long, allow_negative_numbers = true)]
     pub(crate) ki: Option<f64>,
-    /// Topologies or profile files to hold against the margin (default: all built-in ones)
-    #[arg(long, value_name = "NAME")]
+    /// Topologies or profile files to hold against the margin (default: all built-in ones; repeatable)
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(crate) topology: Vec<String>,
     /// How long each run lasts by which the border of a plant that is a program is found
     #[arg(long = "duration", default_value = "10s", value_name = "TIME", value_parser = time)]

@@ -1,16 +1,36 @@
-//! `webloop link show|lint|schema`: explains and checks profiles.
+//! `webloop link list|show|lint|schema`: links, to choose from, explained and checked.
 
 use std::io::Write;
 
+use ::link::Profile;
 use anyhow::anyhow;
 
 use crate::argument::{LinkLint, LinkShow};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::{diagnostic, source};
 
-/// Prints what a link does, in plain words or as tc commands.
+/// Lists the built-in links: the paper's five by their plain names, then other readings of them.
+pub(crate) fn list() -> Outcome {
+    let mut out = crate::console::out();
+    let plain = Profile::PLAIN
+        .iter()
+        .map(|(plain, papers)| (*plain, *papers));
+    let readings = Profile::READINGS.iter().map(|name| (*name, ""));
+    for (name, papers) in plain.chain(readings) {
+        let about = source::profile(name)?.about().to_owned();
+        writeln!(out, "{name:<21} {papers:<10} {about}")?;
+    }
+    Ok(Exit::Fine)
+}
+
+/// Prints what a link does, in plain words, as its file, or as tc commands.
 pub(crate) fn show(show: &LinkShow) -> Outcome {
     let profile = source::profile(&show.profile)?;
+    if show.toml {
+        let text = source::named_profile(&show.profile)?.source;
+        write!(crate::console::out(), "{text}")?;
+        return Ok(Exit::Fine);
+    }
     let text = if show.tc {
         let way = show.way.into();
         ::link::script(&profile, show.seed, way, show.span_ns)

@@ -2,6 +2,7 @@
 
 pub(crate) mod agent;
 pub(crate) mod agree;
+pub(crate) mod attempt;
 pub(crate) mod calibrate;
 pub(crate) mod client;
 pub(crate) mod collect;

@@ -59,10 +59,15 @@ pub(crate) fn run_plan(argument: &Run, plan: &Plan, agents: Option<&Agents>) -> 
 
 /// The plan that is asked for.
 pub(crate) fn plan(argument: &Run) -> Result<Plan, Failure> {
+    let replacement = &argument.instead;
     let instead = Instead {
         seed: argument.seed,
-        topology: argument.topology.clone(),
-        client: argument.client.clone(),
+        topology: replacement.topology.clone(),
+        client: replacement.client.clone(),
+        system: replacement.system.clone(),
+        h: replacement.h.iter().map(ToString::to_string).collect(),
+        duration: replacement.duration.clone(),
+        repeats: replacement.repeats,
         full: argument.full,
         fixed: argument.fix.clone(),
     };

@@ -2,7 +2,7 @@
 //!
 //! A role prints `ready ...` when it can be used, and writes its report to `<role>.json`.
 
-use std::io::{Read, Write};
+use std::io::{IsTerminal, Read, Write};
 use std::path::{Path, absolute};
 
 use anyhow::{Context, anyhow};
@@ -34,7 +34,15 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
         out: argument.out.clone(),
         again: role.again,
     };
-    let ready = |ready: ::plant::Ready| say_ready(&ready.address.to_string());
+    let ready = |ready: ::plant::Ready| {
+        say_ready(&ready.address.to_string());
+        if std::io::stdout().is_terminal() {
+            say!(
+                "open http://{}/ to see it and to be its controller",
+                ready.address
+            );
+        }
+    };
     let around = system.surroundings().unwrap_or_default();
     match &role.program {
         None => {

@@ -8,6 +8,7 @@
 mod again;
 mod alarm;
 mod alone;
+mod attempt;
 mod cheat;
 mod clients;
 mod clock;
@@ -47,6 +48,8 @@ fn tests() -> Vec<Trial> {
         own::a_controller_that_breaks_the_contract_fails_by_name_and_leaves_nothing,
         own::the_examples_hold_the_loop_and_keep_the_contract,
         own::conformance_names_each_planted_fault,
+        attempt::a_stranger_s_controller_gets_its_answer_by_one_line_which_is_an_experiment,
+        attempt::a_stranger_s_plant_runs_by_one_line_in_virtual_time_too,
         cheat::a_program_of_one_s_own_reaches_no_rows_no_process_and_no_engine,
         cheat::a_program_that_ends_with_127_makes_the_run_unsupported,
         own_plant::a_motor_of_one_s_own_equals_the_built_in_one,

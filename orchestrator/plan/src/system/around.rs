@@ -14,11 +14,13 @@ pub(crate) fn read(
 ) -> Result<Option<Surroundings>, Diagnostic> {
     let file = asked.get_ref();
     let is_bare = file.actuator.is_none() && file.disturbance.is_none() && file.sensor.is_none();
-    if is_bare && file.x0.is_none() {
+    // A program may begin anywhere too: what falls by itself would have fallen before the loop.
+    let stands_still = file.x0.is_some() || file.run.is_some() || file.image.is_some();
+    if is_bare && !stands_still {
         return Ok(None);
     }
     let mut surroundings = Surroundings {
-        stands_still: file.x0.is_some(),
+        stands_still,
         ..Surroundings::default()
     };
     if let Some(asked) = &file.actuator {

@@ -66,7 +66,8 @@ impl Recipe {
         let file = asked.get_ref();
         let law = file.law.get_ref().as_str();
         let Some((_, words)) = WORDS.iter().find(|(name, _)| *name == law) else {
-            let remedy = format!("choose {}", WORDS.map(|(name, _)| name).join(", "));
+            let names = WORDS.map(|(name, _)| name);
+            let remedy = text::or_nearest(law, names, &format!("choose {}", names.join(", ")));
             return Err(source.fault(&file.law, format!("law `{law}` is unknown"), remedy));
         };
         if let Some(stray) = given(file).into_iter().find(|word| !words.contains(word)) {

@@ -68,7 +68,7 @@ fn a_block_has_clauses_of_its_own_and_replaces_those_on_the_same_figure() {
 
     // Where both blocks have become the same cells, both are asked.
     let only = Instead {
-        topology: Some("arima".to_owned()),
+        topology: vec!["arima".to_owned()],
         ..Instead::default()
     };
     let joined = resolve_with(EXPECT, &blocks, &only).unwrap();
@@ -104,7 +104,7 @@ fn a_plan_that_expects_something_of_a_cell_it_does_not_have_is_refused() {
 fn a_known_failure_may_match_nothing_only_where_other_cells_took_the_place_of_the_experiment_s() {
     let known = "[[known]]\ncells = \"diego\"\nreason = \"far\"\n";
     let only = Instead {
-        topology: Some("arima".to_owned()),
+        topology: vec!["arima".to_owned()],
         ..Instead::default()
     };
     assert_eq!(resolve_with(known, CELLS, &only).unwrap().known.len(), 1);

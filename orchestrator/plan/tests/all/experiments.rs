@@ -348,10 +348,9 @@ fn another_topology_takes_the_place_of_every_blocks_and_equal_cells_become_one()
         [[cells]]\ntopology = [\"buccoo\", \"couva\"]\nclient = [\"native\"]\nmode = \"open\"\nh = [\"3ms\", \"1ms\"]\nduration = \"1s\"\n";
     let instead = Instead {
         seed: Some(7),
-        topology: Some("diego-vpn".to_owned()),
-        client: Some("native".to_owned()),
-        full: false,
-        fixed: Vec::new(),
+        topology: vec!["diego-vpn".to_owned()],
+        client: vec!["native".to_owned()],
+        ..Instead::default()
     };
     let plan = Plan::resolve(source, "mine.toml", &instead, builtin).unwrap();
     let cells: Vec<_> = plan
@@ -373,6 +372,49 @@ fn another_topology_takes_the_place_of_every_blocks_and_equal_cells_become_one()
     };
     let said = Plan::resolve(&said, "mine.toml", &seed, builtin).unwrap();
     assert_eq!(plan.cells[0], said.cells[0]);
+}
+
+#[test]
+fn what_the_command_line_says_of_cells_takes_the_place_of_every_block_s() {
+    let source = "name = \"mine\"\n\
+        [[cells]]\ntopology = [\"arima\"]\nclient = [\"native\"]\nmode = \"closed\"\nh = [\"3ms\"]\n\
+        duration = \"8s\"\nrepeats = 4\nscaled = { duration = \"2s\", repeats = 3 }\n";
+    let instead = Instead {
+        topology: vec!["couva".to_owned(), "diego-vpn".to_owned()],
+        system: vec!["pendulum".to_owned()],
+        h: vec!["10ms".to_owned()],
+        duration: Some("5s".to_owned()),
+        repeats: Some("2".parse().unwrap()),
+        ..Instead::default()
+    };
+    let plan = Plan::resolve(source, "mine.toml", &instead, builtin).unwrap();
+    let cells = plan.cells.iter().map(|cell| {
+        let h_ns = cell.settings.h.ns();
+        (
+            cell.topology.as_str(),
+            cell.system.as_str(),
+            h_ns,
+            cell.duration_ns,
+            cell.repeat,
+        )
+    });
+    let cells: Vec<_> = cells.collect();
+    let cell = |topology, repeat| (topology, "pendulum", 10_000_000, 5_000_000_000, repeat);
+    assert_eq!(
+        cells,
+        [
+            cell("couva", 1),
+            cell("diego-vpn", 1),
+            cell("couva", 2),
+            cell("diego-vpn", 2)
+        ]
+    );
+    let wrong = Instead {
+        h: vec!["10".to_owned()],
+        ..Instead::default()
+    };
+    let refused = Plan::resolve(source, "mine.toml", &wrong, builtin).unwrap_err();
+    assert!(refused.to_string().contains("`10`"), "{refused}");
 }
 
 const SCALED: &str = "name = \"mine\"\n\

@@ -37,6 +37,7 @@ fn is_run(line: &str, folder: &Path) -> bool {
         _ if has_blank || line.contains("job-") => false,
         Some(&"run") => is_simulated && line.contains(".toml"),
         Some(&"gate") => line.contains("--sim-only") && line.contains(".toml"),
+        Some(&"try") => line.contains("--print"),
         Some(&("margin" | "system" | "link" | "matrix")) => true,
         Some(&("compare" | "show" | "report")) => {
             let mut names = words[2..].iter().filter(|word| !word.starts_with('-'));

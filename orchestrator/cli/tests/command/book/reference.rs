@@ -100,14 +100,14 @@ fn help(command: &str) -> String {
 
 /// The commands that a help text lists, without `help` itself.
 fn listed(help: &str) -> Vec<&str> {
-    let Some((_, rest)) = help.split_once("Commands:\n") else {
-        return Vec::new();
-    };
-    let lines = rest.lines().take_while(|line| !line.is_empty());
-    // A name is two spaces in; further in is the rest of a description.
-    lines
-        .filter_map(|line| line.strip_prefix("  ")?.split(' ').next())
-        .filter(|name| !name.is_empty() && *name != "help")
+    // The program's own stand in groups, before its options.
+    let (before, _) = help.split_once("\nOptions:\n").unwrap_or((help, ""));
+    // A name is two spaces in; further in is the rest of a description, and an argument has brackets.
+    let names = before
+        .lines()
+        .filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
+    names
+        .filter(|name| name.starts_with(|c: char| c.is_ascii_lowercase()) && *name != "help")
         .collect()
 }
 
