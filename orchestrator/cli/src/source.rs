@@ -78,6 +78,11 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
     })
 }
 
+/// The kind of a file, if it is one of webloop's own.
+pub(crate) fn kind_of(file: &str) -> Option<FileKind> {
+    FileKind::of(&given(Path::new(file)).ok()?)
+}
+
 /// What is wrong with a text of another kind than is asked for.
 fn other_kind(text: &str, asked: &str, kind: FileKind, what_not: &str) -> Option<String> {
     let other = FileKind::of(text).filter(|other| *other != kind)?;

@@ -29,10 +29,7 @@ pub(crate) struct Flight {
 impl Flight {
     pub(crate) fn new(way: Way, terms: &Terms) -> Flight {
         Flight {
-            back: match way {
-                Way::Up => Way::Down,
-                Way::Down => Way::Up,
-            },
+            back: way.back(),
             link: terms.timeline.clone(),
             arrived_ns: [0; WINDOW],
             sent: 0,

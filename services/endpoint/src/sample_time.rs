@@ -106,10 +106,9 @@ fn of_rate(text: &str) -> Option<SampleTime> {
         None => (number, 1.0),
     };
     let rate_hz = number.trim().parse::<f64>().ok()? * hz;
-    let h_us = (1e6 / rate_hz).round();
-    let is_whole = (1.0..=3.6e9).contains(&h_us);
-    // Within u64 by the line above.
-    SampleTime::try_new(if is_whole { h_us as u64 * 1_000 } else { 0 }).ok()
+    // A number too large, or none, becomes one that no sample time has.
+    let h_us = (1e6 / rate_hz).round() as u64;
+    SampleTime::try_new(h_us.saturating_mul(1_000)).ok()
 }
 
 impl fmt::Display for SampleTime {

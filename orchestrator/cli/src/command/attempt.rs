@@ -10,22 +10,19 @@ use std::path::Path;
 use anyhow::{Context, anyhow};
 use campaign::CampaignFolder;
 use plan::file_name::PLAN;
+use plan::system::System;
 use plan::{Instead, OwnName};
 use toml::Value;
 
 use crate::argument::Try;
 use crate::command::run;
 use crate::exit::{Exit, Failure, Outcome};
-use crate::file_kind::FileKind;
 use crate::source;
 
 /// The experiment's file.
 const EXPERIMENT: &str = "try.toml";
 /// The file of a system that is made from a command.
 const SYSTEM: &str = "try-system.toml";
-
-/// The law of a plant that comes without one: the paper's PI.
-const LAW: &str = "law = \"pid\"\nkp = 0.1701\nki = 0.378\n";
 
 /// The folder of a file, as a word of it has that.
 const HERE: &str = "./";
@@ -210,8 +207,7 @@ fn name_of(command: &[String], folder: &str) -> String {
 /// Refuses one of webloop's own files in place of a command.
 fn no_file(command: &[String]) -> Result<(), Failure> {
     let [only] = command else { return Ok(()) };
-    let text = std::fs::read_to_string(only).unwrap_or_default();
-    match FileKind::of(&text) {
+    match source::kind_of(only) {
         None => Ok(()),
         Some(kind) => Err(Failure::usage(anyhow!(
             "{only} is {kind}; {}",
@@ -223,8 +219,10 @@ fn no_file(command: &[String]) -> Result<(), Failure> {
 /// The text of a system whose plant is this command, with what a file says beside its plant, or the paper's PI.
 fn with_plant(system: Option<&str>, command: &[String], folder: &str) -> Result<String, Failure> {
     let Some(file) = system else {
+        let papers = System::built_in(System::PAPER).unwrap_or_default();
+        let (_, law) = papers.split_once("[controller]").unwrap_or_default();
         return Ok(format!(
-            "name = {}\nabout = \"A program, under the paper's PI\"\n\n[plant]\nrun = {}\n\n[controller]\n{LAW}",
+            "name = {}\nabout = \"A program, under the paper's PI\"\n\n[plant]\nrun = {}\n\n[controller]{law}",
             text(&name_of(command, folder)),
             list(command)
         ));
